@@ -1,0 +1,19 @@
+"""Array types and read-only arrays for frozen values."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+
+def frozen(values: ArrayLike, dtype: Any = np.float64) -> NDArray[Any]:
+    """A read-only copy of `values`, so that a frozen dataclass is frozen all the way."""
+    array = np.array(values, dtype=dtype)
+    array.setflags(write=False)
+    return array

@@ -1,0 +1,23 @@
+"""Joint limits."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from elastocal.arrays import Array
+from elastocal.constraints.base import Constraint
+from elastocal.posture import Posture
+
+
+class JointLimit(Constraint):
+    """One end of the range of one joint."""
+
+    def __init__(self, name: str, joint: int, bound: float, *, upper: bool, unit: str) -> None:
+        """`joint` is the position in the chain, `bound` its limit [rad or m]."""
+        self.name, self.unit = name, unit
+        self.joint, self.bound, self.sign = joint, bound, -1.0 if upper else 1.0
+
+    def at(self, posture: Posture) -> tuple[Array, Array]:
+        gradient = np.zeros_like(posture.q)
+        gradient[self.joint] = self.sign
+        return self.sign * (posture.q[self.joint] - self.bound), gradient

@@ -1,0 +1,45 @@
+"""Where a point of the tool may be: half-spaces (heights, boxes) and a keep-out cylinder."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from elastocal.arrays import Array, frozen
+from elastocal.constraints.base import Constraint
+from elastocal.posture import Posture
+
+
+class HalfSpace(Constraint):
+    """normal · p >= offset for a point p of the flange body, in the base frame [m]."""
+
+    def __init__(self, name: str, point: ArrayLike, normal: ArrayLike, offset: float) -> None:
+        """`point` in the flange frame [m]; `normal` in the base frame."""
+        self.name, self.unit = name, "m"
+        length = float(np.linalg.norm(normal))
+        self.point, self.normal = frozen(point), frozen(np.asarray(normal) / length)
+        self.offset = offset / length
+
+    def at(self, posture: Posture) -> tuple[Array, Array]:
+        point = posture.point(self.point)
+        normal = np.broadcast_to(self.normal[:, None], point.shape)
+        return self.normal @ point - self.offset, posture.pull_point(point, normal)
+
+
+class MinRadius(Constraint):
+    """Distance of a point of the flange body from the z axis of the base >= radius [m].
+
+    Source: paper Table 4, r; that it is the horizontal distance is our reading.
+    """
+
+    def __init__(self, name: str, point: ArrayLike, radius: float) -> None:
+        """`point` in the flange frame [m]."""
+        self.name, self.unit = name, "m"
+        self.point, self.radius = frozen(point), radius
+
+    def at(self, posture: Posture) -> tuple[Array, Array]:
+        point = posture.point(self.point)
+        distance = np.hypot(point[0], point[1])
+        outward = point / np.maximum(distance, 1e-12)
+        outward[2] = 0.0
+        return distance - self.radius, posture.pull_point(point, outward)

@@ -1,0 +1,1 @@
+"""Optimal design of experiments: criteria, continuous designs, certificates, exact designs."""

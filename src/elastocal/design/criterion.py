@@ -1,0 +1,64 @@
+"""Criteria: how good an information matrix is.
+
+An information function φ is concave, monotone and positively homogeneous of degree 1 on the
+non-negative definite matrices (Pukelsheim, Optimal Design of Experiments, ch. 5). For such a
+function everything else is written once. With G = ∇φ(M):
+
+    φ(N) ≤ tr(G N) for every N, equality at N = M     (concave and homogeneous)
+    sensitivity of a design point x:  s(x) = tr(G M_x)
+    φ(any design of total weight m) ≤ m max_x s(x)     (the certificate)
+
+Larger is better throughout this folder.
+"""
+
+from __future__ import annotations
+
+import abc
+
+import numpy as np
+
+from elastocal.arrays import Array
+
+
+class Criterion(abc.ABC):
+    """A figure of merit of information matrices; larger is better."""
+
+    name: str
+
+    @abc.abstractmethod
+    def value(self, information: Array) -> Array:
+        """(B,) values of information matrices (B, p, p); 0 where singular in what matters."""
+
+    @abc.abstractmethod
+    def gradient(self, information: Array) -> Array:
+        """(B, p, p) symmetric gradients."""
+
+
+class InformationFunction(Criterion):
+    """A concave, monotone, homogeneous criterion: it can be certified.
+
+    `gradient` returns a G with φ(N) ≤ tr(G N) for every N. Where φ has a kink, G is that of a
+    smooth function nearby, scaled so that the inequality holds: sound, and nearly tight.
+    """
+
+    @property
+    def smooth(self) -> InformationFunction:
+        """The differentiable function to optimise in place of this one; itself if smooth."""
+        return self
+
+
+def scaled_inverse(information: Array) -> Array:
+    """Inverses of (B, p, p) information matrices, scaled to unit diagonal before factorising.
+
+    Compliances differ by factors of a hundred, so their information by ten thousand. A ridge of
+    1e-14 of the scaled diagonal turns a singular matrix into one with a huge inverse, so that a
+    plan that cannot identify what matters gets the value zero instead of an exception.
+    """
+    p = information.shape[-1]
+    diagonal = np.diagonal(information, axis1=-2, axis2=-1)
+    scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    outer = scale[..., :, None] * scale[..., None, :]
+    return np.linalg.inv(information * outer + _RIDGE * np.eye(p)) * outer
+
+
+_RIDGE = 1e-14

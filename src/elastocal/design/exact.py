@@ -1,0 +1,303 @@
+"""Exact designs: m experiments at no more than s distinct points, found by search.
+
+Plans are refined in lockstep batches under the constraints. The search keeps an elite and breeds
+from it: replace a point by a random one, move a repeat from one point to another, start afresh
+from the best of many random plans, or round the continuous design. For small m replacing points
+of elite plans finds the best known plans most often; for large m rounding does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastocal.arrays import Array, IntArray
+from elastocal.design.approximate import interior_point
+from elastocal.design.continuous import ContinuousDesign
+from elastocal.design.criterion import Criterion, InformationFunction
+from elastocal.design.lockstep import Step, minimise
+from elastocal.design.oracle import restore
+from elastocal.design.rounding import apportion
+from elastocal.design.space import DesignSpace, information
+
+
+@dataclass(frozen=True)
+class ExactDesign:
+    """Design points with integer repeats.
+
+    Attributes:
+        x: (S, d) distinct design points.
+        counts: (S,) repeats, all positive.
+        value: φ of base plus the sum of the informations.
+    """
+
+    x: Array
+    counts: IntArray
+    value: float
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How long to search.
+
+    Attributes:
+        batch: Plans per generation.
+        generations: Most generations.
+        patience: Generations without gain after which to stop.
+        stages: (iterations, share kept) of the refinement inside a generation.
+    """
+
+    batch: int = 96
+    generations: int = 12
+    patience: int = 4
+    stages: tuple[tuple[int, float], ...] = ((40, 0.33), (60, 0.3), (60, 1.0))
+
+
+class Plans:
+    """A batch of candidate plans: points (B, s, d), counts (B, s), values (B,)."""
+
+    def __init__(self, x: Array, counts: IntArray, value: Array | None = None) -> None:
+        self.x, self.counts = x, counts
+        self.value = np.zeros(len(x)) if value is None else value
+
+    def __len__(self) -> int:
+        return len(self.x)
+
+    def take(self, index: IntArray) -> Plans:
+        return Plans(self.x[index], self.counts[index], self.value[index])
+
+    def join(self, other: Plans) -> Plans:
+        return Plans(
+            np.concatenate([self.x, other.x]),
+            np.concatenate([self.counts, other.counts]),
+            np.concatenate([self.value, other.value]),
+        )
+
+    def best(self, count: int, *, apart: float = 0.0) -> Plans:
+        """The best plans; values closer than `apart` (relative) count as the same plan."""
+        order = np.argsort(-self.value)
+        if apart:
+            values = self.value[order]
+            distinct = np.append(True, np.diff(values) < -apart * np.abs(values[:-1]))
+            order = order[distinct]
+        return self.take(order[:count])
+
+
+def refine(
+    space: DesignSpace,
+    criterion: Criterion,
+    base: Array,
+    plans: Plans,
+    *,
+    iterations: int,
+    tolerance: float = 1e-10,
+) -> Plans:
+    """Move the points of every plan to a local optimum under the constraints."""
+    batch, s, d = plans.x.shape
+
+    def problem(flat: Array, which: IntArray) -> Step:
+        counts = plans.counts[which]
+        evaluation = space.evaluate(flat.reshape(-1, d))
+        blocks = evaluation.blocks.reshape(len(which), -1, space.parameters)
+        rows = evaluation.blocks.shape[1]
+        repeats = np.repeat(counts, rows, axis=1)[:, :, None].astype(float)
+        total = base + blocks.transpose(0, 2, 1) @ (blocks * repeats)
+        value = np.maximum(criterion.value(total), _TINY)
+        gradient = criterion.gradient(total) * (-2.0 / value)[:, None, None]
+        cotangent = ((blocks @ gradient) * repeats).reshape(evaluation.blocks.shape)
+        margins = evaluation.margins.reshape(len(which), -1)
+
+        def pull(weights: Array) -> Array:
+            shaped = -weights.reshape(evaluation.margins.shape)
+            return evaluation.pull(cotangent, shaped).reshape(len(which), -1)
+
+        return Step(-np.log(value), margins, pull)
+
+    found = minimise(
+        problem,
+        plans.x.reshape(batch, -1),
+        np.tile(space.lower, s),
+        np.tile(space.upper, s),
+        iterations=iterations,
+        tolerance=tolerance,
+    )
+    x = restore(space, found.x.reshape(-1, d)).reshape(batch, s, d)
+    return Plans(x, plans.counts, values(space, criterion, base, x, plans.counts))
+
+
+def values(
+    space: DesignSpace, criterion: Criterion, base: Array, x: Array, counts: IntArray
+) -> Array:
+    """(B,) criterion of plans (B, s, d) with repeats (B, s); 0 where infeasible."""
+    batch, s, d = x.shape
+    evaluation = space.evaluate(x.reshape(-1, d))
+    each = information(evaluation.blocks).reshape(batch, s, space.parameters, -1)
+    total = base + np.einsum("bs,bsij->bij", counts, each)
+    feasible = (evaluation.margins >= -1e-8).reshape(batch, -1).all(axis=1)
+    return np.where(feasible, criterion.value(total), 0.0)
+
+
+def exact_design(
+    space: DesignSpace,
+    criterion: Criterion,
+    count: int,
+    distinct: int,
+    rng: np.random.Generator,
+    *,
+    base: Array | None = None,
+    continuous: ContinuousDesign | None = None,
+    effort: Effort | None = None,
+    progress: Callable[[str, float], None] | None = None,
+) -> ExactDesign:
+    """A plan of `count` experiments at no more than `distinct` points.
+
+    Args:
+        space: Where experiments can be chosen from.
+        criterion: What to maximise.
+        count: Number of experiments m.
+        distinct: Most distinct points s ≤ m.
+        rng: Source of all randomness.
+        base: (p, p) information there is anyway.
+        continuous: Best continuous design, to round and to know when to stop.
+        effort: How long to search.
+        progress: Told the best value so far.
+    """
+    effort = effort or Effort()
+    base = np.zeros((space.parameters,) * 2) if base is None else base
+    breeder = _Breeder(space, criterion, count, distinct, rng, base, continuous)
+    elite = breeder.evolve(breeder.first(effort.batch), effort)
+    idle = 0
+    for generation in range(1, effort.generations):
+        children = breeder.evolve(breeder.children(elite, effort.batch), effort)
+        merged = elite.join(children).best(_ELITE, apart=1e-7)
+        gain = merged.value[0] / max(elite.value[0], _TINY) - 1.0
+        elite, idle = merged, idle + 1 if gain < 1e-5 else 0
+        if progress is not None:
+            progress("exact plan", generation / effort.generations)
+        if idle >= effort.patience or breeder.cannot_improve(elite.value[0]):
+            break
+    final = refine(space, criterion, base, elite.best(6), iterations=300, tolerance=1e-13)
+    return _tidy(elite.join(final).best(1))
+
+
+_TINY = np.finfo(float).tiny
+_ELITE = 24
+
+
+class _Breeder:
+    """Makes plans to refine: afresh, from the continuous design, or from an elite."""
+
+    def __init__(
+        self,
+        space: DesignSpace,
+        criterion: Criterion,
+        count: int,
+        distinct: int,
+        rng: np.random.Generator,
+        base: Array,
+        continuous: ContinuousDesign | None,
+    ) -> None:
+        self.space, self.criterion, self.rng, self.base = space, criterion, rng, base
+        self.count, self.distinct, self.continuous = count, distinct, continuous
+        self.pool = space.sample(2000, rng)
+        self.informations = information(space.evaluate(self.pool).blocks)
+        self.rounding = (
+            continuous is not None
+            and isinstance(criterion, InformationFunction)
+            and (count > distinct or distinct > space.parameters)
+        )
+
+    def first(self, batch: int) -> Plans:
+        if not self.rounding:
+            return self.afresh(batch)
+        return self.rounded(2 * batch // 3).join(self.afresh(batch - 2 * batch // 3))
+
+    def children(self, elite: Plans, batch: int) -> Plans:
+        quarter = batch // 4
+        new = self.first(quarter)
+        return new.join(self.mutated(elite, batch - quarter))
+
+    def evolve(self, plans: Plans, effort: Effort) -> Plans:
+        """Refine in stages, keeping the better share of the batch after each."""
+        for iterations, share in effort.stages:
+            plans = refine(
+                self.space, self.criterion, self.base, plans, iterations=iterations
+            ).best(max(4, int(share * len(plans))))
+        return plans.best(_ELITE, apart=1e-7)
+
+    def cannot_improve(self, value: float) -> bool:
+        """Whether the certificate leaves less than 1e-5 to gain."""
+        if self.continuous is None:
+            return False
+        return bool(value >= self.continuous.upper * self.count * (1.0 - 1e-5))
+
+    def afresh(self, batch: int) -> Plans:
+        """The best of many random plans from the pool, `batch` times."""
+        tries = 50
+        size = (batch, tries, self.distinct)
+        index = self.rng.integers(0, len(self.pool), size)
+        counts = self._random_counts(batch * tries).reshape(size)
+        value = np.concatenate(
+            [
+                self.criterion.value(
+                    self.base
+                    + np.einsum("ts,tsij->tij", counts[b], self.informations[index[b]])
+                )
+                for b in range(batch)
+            ]
+        ).reshape(batch, tries)
+        best = value.argmax(axis=1)
+        rows = np.arange(batch)
+        return Plans(self.pool[index[rows, best]], counts[rows, best])
+
+    def rounded(self, batch: int) -> Plans:
+        """Random small parts of the support with their best weights, apportioned."""
+        assert self.continuous is not None
+        assert isinstance(self.criterion, InformationFunction)
+        design = self.continuous
+        x = np.empty((batch, self.distinct, design.x.shape[1]))
+        counts = np.zeros((batch, self.distinct), dtype=np.int64)
+        for b in range(batch):
+            size = min(self.distinct, len(design.x))
+            part = self.rng.choice(
+                len(design.x), size, replace=False, p=(w := design.weights + 1e-9) / w.sum()
+            )
+            weights = interior_point(
+                self.criterion.smooth, design.informations[part], self.base / self.count, 1e-3
+            )
+            counts[b, :size] = apportion(weights, self.count)
+            x[b] = design.x[part[np.arange(self.distinct) % size]]
+        return Plans(x, counts)
+
+    def mutated(self, elite: Plans, batch: int) -> Plans:
+        """Elite plans with one point replaced, or a repeat moved to another point."""
+        parents = self.rng.integers(0, len(elite), batch)
+        x, counts = elite.x[parents].copy(), elite.counts[parents].copy()
+        for b in range(batch):
+            used = np.flatnonzero(counts[b])
+            if self.count > self.distinct and self.rng.random() < 0.5:
+                source, target = self.rng.choice(used), self.rng.integers(self.distinct)
+                if counts[b, target] == 0:
+                    x[b, target] = x[b, source]
+                counts[b, source] -= 1
+                counts[b, target] += 1
+            else:
+                x[b, self.rng.choice(used)] = self.pool[self.rng.integers(len(self.pool))]
+        return Plans(x, counts)
+
+    def _random_counts(self, batch: int) -> IntArray:
+        counts = np.ones((batch, self.distinct), dtype=np.int64)
+        extra = self.count - self.distinct
+        if extra:
+            share = np.full(self.distinct, 1.0 / self.distinct)
+            counts += self.rng.multinomial(extra, share, size=batch)
+        return counts
+
+
+def _tidy(plan: Plans) -> ExactDesign:
+    """Drop unused points; most repeated first."""
+    used = np.flatnonzero(plan.counts[0])
+    used = used[np.argsort(-plan.counts[0][used], kind="stable")]
+    return ExactDesign(plan.x[0][used], plan.counts[0][used], float(plan.value[0]))

@@ -1,0 +1,196 @@
+"""Many small constrained minimisations in lockstep.
+
+B independent problems of D variables advance together, one evaluation of the whole batch per
+iteration: at these sizes a loop over single problems spends its time in overhead. Bounds by
+projection, other constraints by an augmented Lagrangian of constant penalty, curvature by dense
+BFGS. Raising the penalty makes the problems stiff and was measured to halve the yield.
+
+Source: Nocedal & Wright, Numerical Optimization, ch. 6 and 17; the lockstep form is ours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from elastocal.arrays import Array, BoolArray, IntArray
+
+PENALTY = 10.0
+
+
+class Step(NamedTuple):
+    """Objective and constraints of a batch at one point."""
+
+    value: Array  # (B,) objective
+    margins: Array  # (B, C) feasible where >= 0
+    pull: Callable[[Array], Array]  # (B, C) multipliers -> (B, D) gradient of value - Σ λ g
+
+
+Problem = Callable[[Array, IntArray], Step]
+"""(x (B, D), which problems (B,)) -> Step."""
+
+
+class Minimum(NamedTuple):
+    """Where the batch ended."""
+
+    x: Array  # (B, D)
+    value: Array  # (B,)
+    violation: Array  # (B,) largest constraint violation
+
+
+def minimise(
+    problem: Problem,
+    x: Array,
+    lower: Array,
+    upper: Array,
+    *,
+    iterations: int,
+    tolerance: float = 0.0,
+    reach: float = 0.5,
+) -> Minimum:
+    """Minimise B problems from the starts `x`, (B, D), within bounds and margins.
+
+    Args:
+        problem: Objective, margins and gradients, in units in which 1 is a large change.
+        x: (B, D) starts.
+        lower: (D,) lower bounds.
+        upper: (D,) upper bounds.
+        iterations: Evaluations of the batch.
+        tolerance: A problem rests once ten iterations gain less than this and no margin is
+            violated by more than its root.
+        reach: Longest step in one variable.
+    """
+    state = _State(problem, np.clip(x, lower, upper), lower, upper, reach)
+    result = state.snapshot()
+    for iteration in range(iterations):
+        state.advance()
+        if iteration % 10 == 9:
+            done = state.update_multipliers(tolerance)
+            if done.any():
+                state.store(result)
+                state.keep(~done)
+                if not len(state.index):
+                    break
+    state.store(result)
+    return result
+
+
+class _State:
+    """The running batch: points, multipliers, inverse Hessians, line-search steps."""
+
+    def __init__(
+        self, problem: Problem, x: Array, lower: Array, upper: Array, reach: float
+    ) -> None:
+        self.problem, self.lower, self.upper, self.reach = problem, lower, upper, reach
+        batch, self.size = x.shape
+        self.index = np.arange(batch)
+        self.x = x
+        step = problem(x, self.index)
+        self.multipliers = np.zeros_like(step.margins)
+        self.value, self.margins = step.value, step.margins
+        self.merit, self.gradient = self._merit(step)
+        self.inverse = np.tile(np.eye(self.size), (batch, 1, 1))
+        self.fresh = np.ones(batch, dtype=bool)
+        self.checkpoint = self.value.copy()
+        self._aim(np.ones(batch, dtype=bool))
+
+    def snapshot(self) -> Minimum:
+        return Minimum(self.x.copy(), self.value.copy(), self._violation())
+
+    def store(self, result: Minimum) -> None:
+        result.x[self.index] = self.x
+        result.value[self.index] = self.value
+        result.violation[self.index] = self._violation()
+
+    def keep(self, mask: BoolArray) -> None:
+        for name in (
+            "index x multipliers value margins merit gradient inverse fresh checkpoint "
+            "direction length"
+        ).split():
+            setattr(self, name, getattr(self, name)[mask])
+
+    def advance(self) -> None:
+        """One evaluation: accept where the merit falls enough, shorten the step elsewhere."""
+        trial = np.clip(
+            self.x + self.length[:, None] * self.direction, self.lower, self.upper
+        )
+        moved = trial - self.x
+        step = self.problem(trial, self.index)
+        merit, gradient = self._merit(step)
+        slope = np.einsum("bd,bd->b", self.gradient, moved)
+        with np.errstate(invalid="ignore"):
+            good = merit <= self.merit + 1e-4 * slope
+        self._learn(good, moved, gradient - self.gradient)
+        change = np.where(good, 1.0, 0.0)[:, None] > 0
+        self.x = np.where(change, trial, self.x)
+        self.gradient = np.where(change, gradient, self.gradient)
+        self.margins = np.where(change, step.margins, self.margins)
+        self.value = np.where(good, step.value, self.value)
+        rise = np.where(np.isfinite(merit), merit - self.merit - slope, np.inf)
+        self.merit = np.where(good, merit, self.merit)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            shrink = np.clip(np.nan_to_num(-0.5 * slope / rise), 0.1, 0.5)
+        stuck = ~good & (self.length < 1e-6)
+        self.inverse[stuck] = np.eye(self.size)
+        self.fresh |= stuck
+        self.length = np.where(good, 1.0, self.length * shrink)
+        self._aim(good | stuck)
+
+    def update_multipliers(self, tolerance: float) -> BoolArray:
+        """Move the multipliers; say which problems have come to rest."""
+        self.multipliers = np.maximum(0.0, self.multipliers - PENALTY * self.margins)
+        gain = self.checkpoint - self.value
+        done = (np.abs(gain) < tolerance) & (self._violation() < np.sqrt(tolerance))
+        self.checkpoint = self.value.copy()
+        step = self.problem(self.x, self.index)
+        self.merit, self.gradient = self._merit(step)
+        self._aim(np.ones(len(self.x), dtype=bool))
+        self.length[:] = 1.0
+        return done
+
+    def _merit(self, step: Step) -> tuple[Array, Array]:
+        shifted = np.maximum(0.0, self.multipliers - PENALTY * step.margins)
+        penalty = (shifted**2 - self.multipliers**2).sum(axis=1) / (2.0 * PENALTY)
+        return step.value + penalty, step.pull(shifted)
+
+    def _violation(self) -> Array:
+        if not self.margins.shape[1]:
+            return np.zeros(len(self.x))
+        return np.maximum(0.0, -self.margins.min(axis=1))
+
+    def _learn(self, good: BoolArray, moved: Array, change: Array) -> None:
+        """BFGS update of the inverse Hessians where the step was accepted."""
+        curvature = np.einsum("bd,bd->b", moved, change)
+        norm = np.einsum("bd,bd->b", change, change)
+        use = good & (curvature > 1e-8 * norm) & (norm > 0.0)
+        first = use & self.fresh
+        if first.any():
+            self.inverse[first] *= (curvature[first] / norm[first])[:, None, None]
+            self.fresh &= ~first
+        inverse_curvature = np.where(use, 1.0 / np.where(use, curvature, 1.0), 0.0)
+        bent = (self.inverse @ change[:, :, None])[:, :, 0]
+        factor = (1.0 + np.einsum("bd,bd->b", change, bent) * inverse_curvature) / 2.0
+        left = (factor[:, None] * moved - bent) * inverse_curvature[:, None]
+        outer = left[:, :, None] * moved[:, None, :]
+        self.inverse += outer
+        self.inverse += outer.transpose(0, 2, 1)
+
+    def _aim(self, which: BoolArray) -> None:
+        """New search directions, in the subspace of the variables that are free to move."""
+        free = ~(
+            ((self.x <= self.lower) & (self.gradient > 0.0))
+            | ((self.x >= self.upper) & (self.gradient < 0.0))
+        )
+        reduced = np.where(free, self.gradient, 0.0)
+        direction = -np.where(free, (self.inverse @ reduced[:, :, None])[:, :, 0], 0.0)
+        longest = np.abs(direction).max(axis=1)
+        limit = np.where(self.fresh, 0.2 * self.reach, self.reach)
+        scale = np.where(self.fresh | (longest > limit), limit / np.maximum(longest, 1e-300), 1.0)
+        direction = direction * np.minimum(scale, 1e6)[:, None]
+        if not hasattr(self, "direction"):
+            self.direction, self.length = direction, np.ones(len(self.x))
+        else:
+            self.direction = np.where(which[:, None], direction, self.direction)
+            self.length = np.where(which, 1.0, self.length)

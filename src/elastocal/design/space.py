@@ -1,0 +1,54 @@
+"""What the optimal-design core asks of the experiments it plans.
+
+The core knows no robot: a design space is a box of design variables with further constraints, in
+which every point yields rows of a linear model whose noise has unit covariance. Its information
+matrix is rowsᵀ rows.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from elastocal.arrays import Array
+
+
+class Evaluation(Protocol):
+    """N design points, evaluated."""
+
+    @property
+    def blocks(self) -> Array:
+        """(N, r, p) rows of the linear model, noise of unit covariance."""
+
+    @property
+    def margins(self) -> Array:
+        """(N, c) constraint margins, feasible where >= 0."""
+
+    def pull(self, block_cotangent: Array, margin_cotangent: Array) -> Array:
+        """(N, d) gradient of a scalar with the given gradients in `blocks` and `margins`."""
+
+
+class DesignSpace(Protocol):
+    """Where experiments can be chosen from.
+
+    Attributes:
+        parameters: Number p of unknowns.
+        lower: (d,) lower bounds of the design variables.
+        upper: (d,) upper bounds.
+    """
+
+    parameters: int
+    lower: Array
+    upper: Array
+
+    def sample(self, count: int, rng: np.random.Generator) -> Array:
+        """(count, d) random feasible points, covering the whole feasible set."""
+
+    def evaluate(self, x: Array) -> Evaluation:
+        """Rows, margins and their gradients at `x`, (N, d)."""
+
+
+def information(blocks: Array) -> Array:
+    """(N, p, p) information matrices of `blocks`, (N, r, p)."""
+    return blocks.transpose(0, 2, 1) @ blocks

@@ -1,0 +1,70 @@
+"""Worst case over several criteria: G-optimality and minimax over test poses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from elastocal.arrays import Array
+from elastocal.design.criterion import InformationFunction
+
+
+class Worst(InformationFunction):
+    """φ(M) = min_k φ_k(M), again an information function.
+
+    The gradient mixes those of the members with weights of sum 1 that fall off as a power of
+    φ_k: every such mixture bounds the minimum from above. Source: ours.
+    """
+
+    def __init__(
+        self,
+        members: Sequence[InformationFunction],
+        name: str = "worst",
+        sharpness: float = 300.0,
+    ) -> None:
+        """`members` are the φ_k, all in the same unit."""
+        if not members:
+            raise ValueError("the worst of no criteria is not defined")
+        self.name, self.members, self.sharpness = name, tuple(members), sharpness
+
+    def value(self, information: Array) -> Array:
+        return np.min([member.value(information) for member in self.members], axis=0)
+
+    def gradient(self, information: Array) -> Array:
+        gradient, powers = self._mixture(information)
+        return gradient / powers.sum(axis=0)[:, None, None]
+
+    @property
+    def smooth(self) -> InformationFunction:
+        if len(self.members) == 1:
+            return self.members[0].smooth
+        return PowerMean(self.members, self.name, self.sharpness)
+
+    def _mixture(self, information: Array) -> tuple[Array, Array]:
+        values = np.array([member.value(information) for member in self.members])
+        least = np.maximum(values.min(axis=0), np.finfo(float).tiny)
+        powers = (np.maximum(values, least) / least) ** (-self.sharpness - 1.0)
+        gradients = np.array([member.gradient(information) for member in self.members])
+        return np.einsum("kb,kbij->bij", powers, gradients), powers
+
+
+class PowerMean(Worst):
+    """(Σ φ_k^−s)^(−1/s): smooth, below the minimum, within K^(1/s) of it."""
+
+    def value(self, information: Array) -> Array:
+        values = np.array([member.value(information) for member in self.members])
+        least = values.min(axis=0)
+        safe = np.where(least > 0.0, least, 1.0)
+        ratios = np.where(least > 0.0, values / safe, 1.0)
+        total = (ratios**-self.sharpness).sum(axis=0)
+        return np.where(least > 0.0, safe * total ** (-1.0 / self.sharpness), 0.0)
+
+    def gradient(self, information: Array) -> Array:
+        gradient, powers = self._mixture(information)
+        total = (powers ** (self.sharpness / (self.sharpness + 1.0))).sum(axis=0)
+        return gradient * (total ** (-1.0 / self.sharpness - 1.0))[:, None, None]
+
+    @property
+    def smooth(self) -> InformationFunction:
+        return self

@@ -1,0 +1,42 @@
+"""Load cases: the noun that runs through everything.
+
+A load case is a configuration together with the wrench that acts on the tool. Candidates, test
+poses, the support of a plan and what was measured are all batches of load cases.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastocal.arrays import Array, frozen
+from elastocal.errors import InputError
+
+
+@dataclass(frozen=True)
+class LoadCases:
+    """N configurations, each with the wrench that acts at the load point of the tool.
+
+    Attributes:
+        q: (N, n) joint values [rad or m].
+        wrench: (N, 6) force then moment, in the base frame [N, N·m].
+    """
+
+    q: Array
+    wrench: Array
+
+    def __post_init__(self) -> None:
+        q, wrench = frozen(self.q), frozen(self.wrench)
+        if q.ndim != 2 or wrench.shape != (len(q), 6):
+            raise InputError(
+                f"load cases need q of shape (N, n) and wrench of shape (N, 6); found {q.shape} "
+                f"and {wrench.shape}"
+            )
+        if not (np.isfinite(q).all() and np.isfinite(wrench).all()):
+            raise InputError("load cases must be finite numbers; found NaN or infinity")
+        object.__setattr__(self, "q", q)
+        object.__setattr__(self, "wrench", wrench)
+
+    def __len__(self) -> int:
+        return len(self.q)

@@ -1,0 +1,212 @@
+"""The design space of calibration experiments: which load cases there are to choose from.
+
+This is where the robot meets the optimal-design core: a design point is a configuration and, if
+the load is free, the direction of the force and of the moment.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastocal.arrays import Array
+from elastocal.constraints import Constraint
+from elastocal.elastostatics import Regressor, VirtualJoints
+from elastocal.errors import InfeasibleError
+from elastocal.load_case import LoadCases
+from elastocal.loads import FreeDirection, Load
+from elastocal.posture import Posture
+from elastocal.robot import Robot, Tool
+
+_CHUNK = 2048  # load cases evaluated at once: what stays in the cache
+
+
+@dataclass(frozen=True)
+class LoadCaseSpace:
+    """Load cases under joint limits, constraints and a bound on the wrench.
+
+    Attributes:
+        robot: The robot.
+        springs: The p unknown compliances.
+        tool: Tool with load point and measured markers.
+        force: Which forces may act [N].
+        moment: Which moments may act [N·m].
+        constraints: Constraints besides the joint limits.
+        sigma: Standard deviation of one measured coordinate [m].
+        limits: (2, n) lower and upper joint values used for planning [rad or m].
+    """
+
+    robot: Robot
+    springs: VirtualJoints
+    tool: Tool
+    force: Load
+    moment: Load
+    constraints: Sequence[Constraint]
+    sigma: float
+    limits: Array
+
+    @property
+    def parameters(self) -> int:
+        """Number p of unknown compliances."""
+        return len(self.springs)
+
+    @property
+    def lower(self) -> Array:
+        """(d,) lower bounds: joint limits, then -2 for each direction variable."""
+        return np.append(self.limits[0], np.full(self._free, -2.0))
+
+    @property
+    def upper(self) -> Array:
+        """(d,) upper bounds."""
+        return np.append(self.limits[1], np.full(self._free, 2.0))
+
+    @property
+    def _free(self) -> int:
+        return self.force.variables + self.moment.variables
+
+    def evaluate(self, x: Array) -> LoadCaseEvaluation:
+        """Regressor rows over sigma, margins and gradients at design points (N, d)."""
+        return LoadCaseEvaluation(self, x)
+
+    def load_cases(self, x: Array) -> LoadCases:
+        """Load cases at design points (N, d)."""
+        return LoadCases(x[:, : len(self.robot.joints)], self._wrench(x).T)
+
+    def points(self, cases: LoadCases) -> Array:
+        """(N, d) design points of load cases whose free loads have the largest norm."""
+        parts = [cases.q]
+        for load, vectors in ((self.force, cases.wrench[:, :3]), (self.moment, cases.wrench[:, 3:])):
+            if load.variables:
+                parts.append(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
+        return np.hstack(parts)
+
+    def canonical(self, x: Array) -> Array:
+        """The same design points with direction variables of norm 1."""
+        x, n = x.copy(), len(self.robot.joints)
+        for start in range(n, n + self._free, 3):
+            x[:, start : start + 3] /= np.linalg.norm(x[:, start : start + 3], axis=1, keepdims=True)
+        return x
+
+    def sample(self, count: int, rng: np.random.Generator) -> Array:
+        """(count, d) random feasible points: uniform in the joint ranges, then rejection.
+
+        Raises:
+            InfeasibleError: no feasible point in a million; names the constraint broken most.
+        """
+        found: list[Array] = []
+        total, tried, broken = 0, 0, np.zeros(len(self.constraints))
+        while total < count:
+            batch = min(20000, max(256, 4 * (count - total)))
+            x = np.empty((batch, len(self.lower)))
+            n = len(self.robot.joints)
+            x[:, :n] = rng.uniform(self.limits[0], self.limits[1], (batch, n))
+            start = n
+            for load in (self.force, self.moment):
+                if isinstance(load, FreeDirection):
+                    x[:, start : start + 3] = load.sample(batch, rng).T
+                    start += 3
+            margins = self._configuration_margins(x)
+            feasible = (margins >= 0.0).all(axis=1)
+            broken += (margins < 0.0).sum(axis=0)
+            found.append(x[feasible])
+            total, tried = total + int(feasible.sum()), tried + batch
+            if not total and tried >= _MOST_TRIED:
+                self._raise_infeasible(broken, tried)
+        return np.concatenate(found)[:count]
+
+    def _raise_infeasible(self, broken: Array, tried: int) -> None:
+        worst = int(np.argmax(broken))
+        raise InfeasibleError(
+            f"no feasible configuration among {tried} random ones: the constraint "
+            f"{self.constraints[worst].name!r} was broken by {100.0 * broken[worst] / tried:.3g} % "
+            "of them; relax it, or check the units and the joint limits"
+        )
+
+    def _configuration_margins(self, x: Array) -> Array:
+        n = len(self.robot.joints)
+        if not self.constraints:
+            return np.zeros((len(x), 0))
+        chunks = []
+        for start in range(0, len(x), _CHUNK):
+            posture = Posture(self.robot, x[start : start + _CHUNK, :n])
+            chunks.append(np.array([c.at(posture)[0] for c in self.constraints]).T)
+        return np.concatenate(chunks)
+
+    def _wrench(self, x: Array) -> Array:
+        """(6, N) wrenches of design points (N, d)."""
+        n, k = len(self.robot.joints), self.force.variables
+        return np.concatenate(
+            [self.force.decode(x.T[n : n + k]), self.moment.decode(x.T[n + k :])]
+        )
+
+
+_MOST_TRIED = 1_000_000
+
+
+class LoadCaseEvaluation:
+    """Rows, margins and gradients of N load cases; see `design.space.Evaluation`."""
+
+    def __init__(self, space: LoadCaseSpace, x: Array) -> None:
+        self._space, self._x = space, x
+        self._parts = [
+            _Part(space, x[start : start + _CHUNK]) for start in range(0, max(len(x), 1), _CHUNK)
+        ]
+        self.blocks = np.concatenate([part.blocks for part in self._parts])
+        self.margins = np.concatenate([part.margins for part in self._parts])
+
+    def pull(self, block_cotangent: Array, margin_cotangent: Array) -> Array:
+        """(N, d) gradient of a scalar with these gradients in `blocks` and `margins`."""
+        pulled = []
+        for i, part in enumerate(self._parts):
+            chosen = slice(i * _CHUNK, (i + 1) * _CHUNK)
+            pulled.append(part.pull(block_cotangent[chosen], margin_cotangent[chosen]))
+        return np.concatenate(pulled)
+
+
+class _Part:
+    """One chunk of an evaluation."""
+
+    def __init__(self, space: LoadCaseSpace, x: Array) -> None:
+        n = len(space.robot.joints)
+        self.space, self.x = space, x
+        posture = Posture(space.robot, x[:, :n])
+        self.wrench = space._wrench(x)
+        self.regressor = Regressor(posture, space.springs, space.tool, self.wrench.T)
+        self.blocks = np.ascontiguousarray(self.regressor.rows.transpose(2, 0, 1))
+        self.blocks /= space.sigma
+        results = [constraint.at(posture) for constraint in space.constraints]
+        margins = [margin for margin, _ in results]
+        self.gradients = [gradient for _, gradient in results]
+        start, self.cones = n, []
+        for load in (space.force, space.moment):
+            if isinstance(load, FreeDirection) and load.is_cone:
+                margin, gradient = load.cone(x.T[start : start + 3])
+                margins.append(margin)
+                self.cones.append((start, gradient))
+            start += load.variables
+        self.margins = np.array(margins).reshape(-1, len(x)).T
+
+    def pull(self, block_cotangent: Array, margin_cotangent: Array) -> Array:
+        n, k = len(self.space.robot.joints), self.space.force.variables
+        cotangent = np.ascontiguousarray(block_cotangent.transpose(1, 2, 0))
+        cotangent /= self.space.sigma
+        q_bar, wrench_bar = self.regressor.pull(cotangent)
+        for gradient, weight in zip(self.gradients, margin_cotangent.T, strict=False):
+            q_bar += gradient * weight
+        x = self.x.T
+        if not self.space._free:
+            return q_bar.T
+        gradient = np.concatenate(
+            [
+                q_bar,
+                self.space.force.pull(x[n : n + k], wrench_bar[:3]),
+                self.space.moment.pull(x[n + k :], wrench_bar[3:]),
+            ]
+        )
+        for (start, slope), weight in zip(
+            self.cones, margin_cotangent.T[len(self.gradients) :], strict=True
+        ):
+            gradient[start : start + 3] += slope * weight
+        return gradient.T

@@ -1,0 +1,127 @@
+"""Which wrenches the experiments may use: fixed, or of bounded size in a free direction.
+
+The information of a load case is a convex quadratic of its wrench, so the best force has the
+largest allowed size: a free force is a direction, and its design variables are three numbers
+that are normalised (paper eq. 22, where "<" must read "<=").
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastocal.arrays import Array, frozen
+from elastocal.errors import InputError
+
+
+@dataclass(frozen=True)
+class FixedVector:
+    """Always the same force [N] or moment [N·m]."""
+
+    value: Array
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "value", frozen(np.reshape(self.value, 3)))
+
+    @property
+    def variables(self) -> int:
+        """Number of design variables."""
+        return 0
+
+    @property
+    def size(self) -> float:
+        """Largest norm [N or N·m]."""
+        return float(np.linalg.norm(self.value))
+
+    def decode(self, x: Array) -> Array:
+        """(3, N) vectors of design variables (0, N)."""
+        return np.tile(self.value[:, None], (1, x.shape[1]))
+
+    def pull(self, x: Array, cotangent: Array) -> Array:
+        """(0, N): there is nothing to choose."""
+        return x
+
+    def margin(self, vectors: Array) -> Array:
+        """(N,) how far (N, 3) vectors are from what is allowed, as minus the distance."""
+        return -np.linalg.norm(vectors - self.value, axis=1)
+
+
+@dataclass(frozen=True)
+class FreeDirection:
+    """Norm at most `largest`, direction within `half_angle` of `axis` (π: anywhere).
+
+    Attributes:
+        largest: Largest norm [N or N·m].
+        axis: (3,) axis of the cone in the base frame.
+        half_angle: Opening of the cone [rad].
+    """
+
+    largest: float
+    axis: Array
+    half_angle: float = np.pi
+
+    def __post_init__(self) -> None:
+        axis = np.array(self.axis, dtype=float)
+        if not (np.isfinite(self.largest) and self.largest > 0.0):
+            raise InputError(f"the largest force or torque must be positive, found {self.largest}")
+        if not np.linalg.norm(axis) > 0.0:
+            raise InputError("the axis of the cone of directions must not be zero")
+        object.__setattr__(self, "axis", frozen(axis / np.linalg.norm(axis)))
+
+    @property
+    def variables(self) -> int:
+        """Number of design variables."""
+        return 3
+
+    @property
+    def size(self) -> float:
+        """Largest norm [N or N·m]."""
+        return self.largest
+
+    @property
+    def is_cone(self) -> bool:
+        """Whether the direction is restricted at all."""
+        return self.half_angle < np.pi
+
+    def decode(self, x: Array) -> Array:
+        """(3, N) vectors of the largest norm along the design variables (3, N)."""
+        return self.largest * x / np.linalg.norm(x, axis=0)
+
+    def pull(self, x: Array, cotangent: Array) -> Array:
+        """(3, N) gradient in the design variables of a gradient in the vectors."""
+        norm = np.linalg.norm(x, axis=0)
+        unit = x / norm
+        along = np.einsum("cn,cn->n", unit, cotangent)
+        return self.largest * (cotangent - unit * along) / norm
+
+    def cone(self, x: Array) -> tuple[Array, Array]:
+        """Margin (N,) to the cone [rad] and its gradient (3, N) in the design variables."""
+        norm = np.linalg.norm(x, axis=0)
+        unit = x / norm
+        cosine = np.clip(self.axis @ unit, -1.0, 1.0)
+        steepness = 1.0 / np.sqrt(np.maximum(1.0 - cosine**2, 1e-6))
+        gradient = (self.axis[:, None] - unit * cosine) * steepness / norm
+        return self.half_angle - np.arccos(cosine), gradient
+
+    def sample(self, count: int, rng: np.random.Generator) -> Array:
+        """(3, count) directions, uniform in the cone."""
+        cosine = rng.uniform(np.cos(self.half_angle), 1.0, count)
+        turn = rng.uniform(0.0, 2.0 * np.pi, count)
+        sine = np.sqrt(1.0 - cosine**2)
+        helper = np.eye(3)[np.argmin(np.abs(self.axis))]
+        side = np.cross(self.axis, helper)
+        side /= np.linalg.norm(side)
+        other = np.cross(self.axis, side)
+        return (
+            np.outer(self.axis, cosine)
+            + np.outer(side, sine * np.cos(turn))
+            + np.outer(other, sine * np.sin(turn))
+        )
+
+    def margin(self, vectors: Array) -> Array:
+        """(N,) slack of (N, 3) vectors in the bound on the norm [N or N·m]."""
+        return self.largest - np.linalg.norm(vectors, axis=1)
+
+
+Load = FixedVector | FreeDirection

@@ -1,0 +1,200 @@
+"""Robot: a serial chain of revolute and prismatic joints, as data, and its tools.
+
+In: fixed transforms, joint axes, limits. Out: forward kinematics and Jacobian in batch.
+A robot answers geometry questions only; it does not plan, identify or draw.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from elastocal.arrays import Array, BoolArray, frozen
+from elastocal.errors import InputError
+
+
+@dataclass(frozen=True)
+class Joint:
+    """One actuated joint.
+
+    Attributes:
+        name: Name by which files and messages address the joint.
+        T_parent_joint: (4, 4) pose of the joint frame at q = 0 in the frame of the body
+            before it [m].
+        axis: (3,) axis in the joint frame; positive turn by the right-hand rule.
+        prismatic: True if the joint slides along its axis [m], False if it turns [rad].
+        lower: Lower limit [rad or m].
+        upper: Upper limit [rad or m].
+    """
+
+    name: str
+    T_parent_joint: Array
+    axis: Array
+    prismatic: bool = False
+    lower: float = -np.inf
+    upper: float = np.inf
+
+    def __post_init__(self) -> None:
+        transform = frozen(self.T_parent_joint)
+        axis = np.array(self.axis, dtype=float)
+        if transform.shape != (4, 4) or not np.all(np.isfinite(transform)):
+            raise InputError(f"joint {self.name!r}: its transform must be a finite 4x4 matrix")
+        length = float(np.linalg.norm(axis)) if axis.shape == (3,) else 0.0
+        if not (np.isfinite(length) and length > 0.0):
+            raise InputError(f"joint {self.name!r}: its axis must be a non-zero vector of 3 numbers")
+        if not self.lower < self.upper:
+            raise InputError(
+                f"joint {self.name!r}: the lower limit {self.lower:g} must be below the upper limit "
+                f"{self.upper:g}"
+            )
+        object.__setattr__(self, "T_parent_joint", transform)
+        object.__setattr__(self, "axis", frozen(axis / length))
+
+
+@dataclass(frozen=True)
+class Tool:
+    """What is mounted on the flange, as points in the flange frame [m].
+
+    Attributes:
+        name: Name of the tool.
+        load_point: (3,) point where the wrench acts.
+        markers: (K, 3) points whose deflection is measured or asked for.
+        marker_names: K names.
+    """
+
+    name: str
+    load_point: Array
+    markers: Array
+    marker_names: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "load_point", frozen(np.reshape(self.load_point, 3)))
+        object.__setattr__(self, "markers", frozen(np.reshape(self.markers, (-1, 3))))
+        if len(self.marker_names) != len(self.markers):
+            raise InputError(
+                f"tool {self.name!r}: {len(self.markers)} markers but {len(self.marker_names)} names"
+            )
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A serial chain from the base to the flange.
+
+    Attributes:
+        name: Name of the robot.
+        joints: The n actuated joints from base to flange.
+        T_tip_flange: (4, 4) pose of the flange in the frame of the last body [m].
+        tools: Tools known for this robot, by name.
+        links: Transforms of the chain in normal form, (n + 1, 4, 4); made here.
+    """
+
+    name: str
+    joints: tuple[Joint, ...]
+    T_tip_flange: Array = field(default_factory=lambda: np.eye(4))
+    tools: dict[str, Tool] = field(default_factory=dict)
+    links: Array = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if not self.joints:
+            raise InputError(f"robot {self.name!r}: it has no joints")
+        names = [joint.name for joint in self.joints]
+        repeated = sorted({name for name in names if names.count(name) > 1})
+        if repeated:
+            raise InputError(f"robot {self.name!r}: joint name {repeated[0]!r} is used twice")
+        object.__setattr__(self, "T_tip_flange", frozen(self.T_tip_flange))
+        object.__setattr__(self, "links", frozen(_normal_form(self.joints, self.T_tip_flange)))
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the n joints from base to flange."""
+        return tuple(joint.name for joint in self.joints)
+
+    @property
+    def prismatic(self) -> BoolArray:
+        """(n,) which joints slide."""
+        return np.array([joint.prismatic for joint in self.joints])
+
+    @property
+    def lower(self) -> Array:
+        """(n,) lower limits [rad or m]."""
+        return np.array([joint.lower for joint in self.joints])
+
+    @property
+    def upper(self) -> Array:
+        """(n,) upper limits [rad or m]."""
+        return np.array([joint.upper for joint in self.joints])
+
+    def index(self, names: Sequence[str]) -> list[int]:
+        """Positions of the joints called `names` in the chain.
+
+        Raises:
+            InputError: a name is not a joint of this robot; the message lists those that are.
+        """
+        unknown = [name for name in names if name not in self.joint_names]
+        if unknown:
+            raise InputError(
+                f"robot {self.name!r} has no joint {unknown[0]!r}; its joints are "
+                f"{', '.join(self.joint_names)}"
+            )
+        return [self.joint_names.index(name) for name in names]
+
+    def forward(self, q: Array) -> Array:
+        """T_base_flange, (N, 4, 4) [m], of N configurations `q`, (N, n) [rad or m]."""
+        from elastocal.posture import Posture
+
+        posture = Posture(self, q)
+        transforms = np.zeros((len(q), 4, 4))
+        transforms[:, :3, :] = np.moveaxis(posture.bodies[-1], 2, 0).transpose(0, 2, 1)
+        transforms[:, 3, 3] = 1.0
+        return transforms
+
+    def jacobian(self, q: Array, point: Array | None = None) -> Array:
+        """Geometric Jacobian at a point of the flange body.
+
+        Args:
+            q: (N, n) configurations [rad or m].
+            point: (3,) point in the flange frame [m]; the flange origin if None.
+
+        Returns:
+            (N, 6, n): velocity of the point over angular velocity, in the base frame.
+        """
+        from elastocal.posture import Posture
+
+        posture = Posture(self, q)
+        at = posture.point(np.zeros(3) if point is None else np.asarray(point))
+        jacobian = np.zeros((len(q), 6, len(self.joints)))
+        jacobian[:, :3, :] = posture.point_jacobian(at).transpose(2, 0, 1)
+        turning = ~self.prismatic
+        jacobian[:, 3:, turning] = posture.axes[:, turning].transpose(2, 0, 1)
+        return jacobian
+
+
+def transform(rotation: Array | None = None, translation: Sequence[float] = (0, 0, 0)) -> Array:
+    """(4, 4) homogeneous transform of a (3, 3) rotation and a translation [m]."""
+    matrix = np.eye(4)
+    if rotation is not None:
+        matrix[:3, :3] = rotation
+    matrix[:3, 3] = translation
+    return matrix
+
+
+def _normal_form(joints: tuple[Joint, ...], T_tip_flange: Array) -> Array:
+    """Transforms between bodies when every joint moves about, or along, its own z axis."""
+    links = []
+    undo = np.eye(4)
+    for joint in joints:
+        to_axis = transform(_rotation_taking_z_to(joint.axis))
+        links.append(undo @ joint.T_parent_joint @ to_axis)
+        undo = to_axis.T
+    links.append(undo @ T_tip_flange)
+    return np.array(links)
+
+
+def _rotation_taking_z_to(axis: Array) -> Array:
+    """A rotation whose third column is the unit vector `axis`."""
+    helper = np.eye(3)[np.argmin(np.abs(axis))]
+    x = np.cross(helper, axis)
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(axis, x), axis])

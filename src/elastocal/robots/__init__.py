@@ -1,0 +1,29 @@
+"""Ways to get a robot: built in, or from a table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from elastocal.errors import InputError
+from elastocal.robot import Robot
+from elastocal.robots.dh import DHRow, from_dh
+from elastocal.robots.kuka_kr270 import kuka_kr270
+from elastocal.robots.three_link import three_link
+
+__all__ = ["BUILTIN", "DHRow", "from_dh", "kuka_kr270", "load", "three_link"]
+
+BUILTIN: dict[str, Callable[[], Robot]] = {
+    "kuka-kr270": kuka_kr270,
+    "three-link": three_link,
+}
+
+
+def load(name: str) -> Robot:
+    """The built-in robot called `name`.
+
+    Raises:
+        InputError: there is none; the message lists those there are.
+    """
+    if name not in BUILTIN:
+        raise InputError(f"no built-in robot {name!r}; there are {', '.join(BUILTIN)}")
+    return BUILTIN[name]()
