@@ -62,14 +62,18 @@ class Tool:
         load_point: (3,) point where the wrench acts.
         markers: (K, 3) points whose deflection is measured or asked for.
         marker_names: K names.
+        tcp: (3,) point whose accuracy matters in a test pose; the load point if None.
     """
 
     name: str
     load_point: Array
     markers: Array
     marker_names: tuple[str, ...]
+    tcp: Array | None = None
 
     def __post_init__(self) -> None:
+        tcp = self.load_point if self.tcp is None else self.tcp
+        object.__setattr__(self, "tcp", frozen(np.reshape(tcp, 3)))
         object.__setattr__(self, "load_point", frozen(np.reshape(self.load_point, 3)))
         object.__setattr__(self, "markers", frozen(np.reshape(self.markers, (-1, 3))))
         if len(self.marker_names) != len(self.markers):

@@ -45,7 +45,7 @@ def optimal_weights(
         np.linspace(0, count - 1, min(count, 8 * p)).astype(int) if start is None else start
     )
     flat = informations.reshape(count, -1)
-    for _ in range(60):
+    for _ in range(_SWEEPS):
         weights = interior_point(smooth, informations[active], base, tolerance)
         keep = weights > 1e-7
         active, weights = active[keep], weights[keep] / weights[keep].sum()
@@ -59,7 +59,11 @@ def optimal_weights(
         if not len(worst):
             break
         active = np.concatenate([active, worst])
+        weights = np.append(weights, np.zeros(len(worst)))
     return Weights(active, weights)
+
+
+_SWEEPS = 60
 
 
 def interior_point(
@@ -82,13 +86,17 @@ def interior_point(
             break
         target = 0.1 * gap / count
         matrix = np.zeros((count + 1, count + 1))
-        matrix[:count, :count] = curvature + np.diag(slack / weights)
+        matrix[:count, :count] = curvature + np.diag(slack / weights + 1e-12)
         matrix[:count, count] = matrix[count, :count] = 1.0
         right = np.append(-residual - slack + target / weights, 1.0 - weights.sum())
         solution = np.linalg.solve(matrix, right)
+        if not np.isfinite(solution).all():
+            break
         step = solution[:count]
         slack_step = (target - slack * step) / weights - slack
-        weights = weights + _fraction(weights, step) * step
+        length = _fraction(weights, step)
+        length *= _descent(criterion, informations, base, weights, length * step, target)
+        weights = weights + length * step
         slack = slack + _fraction(slack, slack_step) * slack_step
     return weights / weights.sum()
 
@@ -111,6 +119,24 @@ def _derivatives(
     slopes = -gradients.reshape(2 * count + 1, -1) @ informations.reshape(count, -1).T
     curvature = (slopes[1 : count + 1] - slopes[count + 1 :]) / (2.0 * reach[:, None])
     return slopes[0], (curvature + curvature.T) / 2.0
+
+
+def _descent(
+    criterion: InformationFunction,
+    informations: Array,
+    base: Array,
+    weights: Array,
+    step: Array,
+    target: float,
+) -> float:
+    """Share of `step` that lowers the barrier function; matters for nearly kinked criteria."""
+    shares = 0.5 ** np.arange(12.0)
+    trials = np.vstack([weights, weights + shares[:, None] * step])
+    totals = base + np.einsum("ti,ijk->tjk", trials, informations)
+    with np.errstate(divide="ignore"):
+        barrier = -np.log(criterion.value(totals)) - target * np.log(trials).sum(axis=1)
+    lower = np.flatnonzero(barrier[1:] <= barrier[0] + 1e-9 * abs(barrier[0]))
+    return float(shares[lower[0]]) if len(lower) else float(shares[-1])
 
 
 def _fraction(values: Array, step: Array) -> float:

@@ -14,7 +14,8 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.design.approximate import optimal_weights
-from elastocal.design.criterion import InformationFunction
+from elastocal.design.criterion import InformationFunction, weakest
+from elastocal.design.certificate import DualBound, dual_bound
 from elastocal.design.oracle import climb, square_root
 from elastocal.design.space import DesignSpace, information
 
@@ -24,33 +25,24 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True)
 class ContinuousDesign:
-    """A design measure and what it proves.
+    """A design measure.
 
     Attributes:
         x: (S, d) support points.
         weights: (S,) weights, sum 1.
         informations: (S, p, p) information matrix of each support point.
         total: (p, p) information per unit of weight, base included.
-        gradient: (p, p) gradient G of the criterion at `total`.
-        value: φ(total).
-        largest: Largest sensitivity found anywhere, s(x*).
-        x_largest: (d,) where it was found.
-        upper: tr(G base) + largest: no design of unit weight has a larger φ.
-        starts: Fresh random starts that did not find a larger sensitivity.
-        attained: How many of them reached `largest` within 1e-4.
+        certificate: What it proves for every other design.
+        converged: Whether the gap was closed within the rounds. It is not closed where the
+            optimum is singular (`criterion.weakest(total)` tiny): use `worst.floored` then.
     """
 
     x: Array
     weights: Array
     informations: Array
     total: Array
-    gradient: Array
-    value: float
-    largest: float
-    x_largest: Array
-    upper: float
-    starts: int
-    attained: int
+    certificate: DualBound
+    converged: bool
 
 
 def continuous_design(
@@ -58,6 +50,7 @@ def continuous_design(
     criterion: InformationFunction,
     rng: np.random.Generator,
     *,
+    certified: InformationFunction | None = None,
     base: Array | None = None,
     candidates: int = 2000,
     starts: int = 30,
@@ -72,6 +65,7 @@ def continuous_design(
         space: Where experiments can be chosen from.
         criterion: What to maximise.
         rng: Source of the candidates and of the fresh starts.
+        certified: Criterion to bound, if not `criterion` itself.
         base: (p, p) information there is anyway, per unit of weight.
         candidates: Random feasible points to begin with.
         starts: Ascents per round.
@@ -79,75 +73,53 @@ def continuous_design(
             confirmed by the working starts alone are often false.
         tolerance: Relative gap between value and bound at which to stop.
         rounds: Most rounds; the gap is what it is after that.
-        progress: Told the bound as it falls.
+        progress: Told the gap as it closes.
     """
     base = np.zeros((space.parameters,) * 2) if base is None else base
+    smooth = criterion.smooth
     pool = space.sample(candidates, rng)
     pool_informations = information(space.evaluate(pool).blocks)
-    chosen = optimal_weights(criterion, pool_informations, base, tolerance=1e-2)
+    flat_pool = pool_informations.reshape(len(pool), -1)
+    chosen = optimal_weights(smooth, pool_informations, base, tolerance=1e-2)
     x, weights = pool[chosen.support], chosen.weights
     informations = pool_informations[chosen.support]
-    flat_pool = pool_informations.reshape(len(pool), -1)
-    confirmed = attained = 0
+    bound: DualBound | None = None
     for count in range(rounds):
         total = base + np.einsum("i,ijk->jk", weights, informations)
-        gradient = criterion.smooth.gradient(total[None])[0]
+        if weakest(total) < SINGULAR:
+            break
+        gradient = smooth.gradient(total[None])[0]
         level = float(np.einsum("i,ijk,jk->", weights, informations, gradient))
         order = np.argsort(-(flat_pool @ gradient.ravel()))
         begin = np.concatenate([x, pool[order[:starts]]])
         found, s = climb(space, begin, gradient, iterations=_ITERATIONS[min(count, 3)])
         if s.max() <= level * (1.0 + tolerance):
-            begin = space.sample(fresh, rng)
-            found, s = climb(space, begin, gradient, iterations=_ITERATIONS[-1])
-            if s.max() <= level * (1.0 + tolerance):
-                confirmed, attained = fresh, int((s > level * (1.0 - 1e-4)).sum())
+            bound = dual_bound(space, smooth, total, base, found, rng, fresh=fresh)
+            if bound.largest <= level * (1.0 + tolerance):
                 break
+            found = np.concatenate([found, bound.x_found])
+            s = np.concatenate([s, bound.s_found])
         new = _distinct(space, found, s, level * (1.0 + 0.2 * tolerance), 2 * starts, gradient)
         x = np.concatenate([x, new])
         informations = information(space.evaluate(x).blocks)
         chosen = optimal_weights(
-            criterion, informations, base, start=np.arange(len(x)), tolerance=0.1 * tolerance
+            smooth, informations, base, start=np.arange(len(x)), tolerance=0.1 * tolerance
         )
         x, weights = x[chosen.support], chosen.weights
         informations = informations[chosen.support]
+        bound = None
         if progress is not None:
             progress("continuous design", s.max() / level - 1.0)
-    return _finish(space, criterion, base, x, weights, informations, (found, s), confirmed, attained)
+    converged = bound is not None
+    target = certified or criterion
+    if bound is None or target is not smooth:
+        total = base + np.einsum("i,ijk->jk", weights, informations)
+        bound = dual_bound(space, target, total, base, x, rng, fresh=fresh)
+    return ContinuousDesign(x, weights, informations, total, bound, converged)
 
 
 _ITERATIONS = (30, 50, 80, 150)
-
-
-def _finish(
-    space: DesignSpace,
-    criterion: InformationFunction,
-    base: Array,
-    x: Array,
-    weights: Array,
-    informations: Array,
-    found: tuple[Array, Array],
-    confirmed: int,
-    attained: int,
-) -> ContinuousDesign:
-    """Bound from the sound gradient of the criterion itself, maximum climbed once more."""
-    total = base + np.einsum("i,ijk->jk", weights, informations)
-    gradient = criterion.gradient(total[None])[0]
-    begin = np.concatenate([x, found[0][np.argsort(-found[1])[:20]]])
-    points, s = climb(space, begin, gradient, iterations=_ITERATIONS[-1])
-    best = int(np.argmax(s))
-    return ContinuousDesign(
-        x=x,
-        weights=weights,
-        informations=informations,
-        total=total,
-        gradient=gradient,
-        value=float(criterion.value(total[None])[0]),
-        largest=float(s[best]),
-        x_largest=points[best],
-        upper=float(np.sum(gradient * base)) + float(s[best]),
-        starts=confirmed,
-        attained=attained,
-    )
+SINGULAR = 1e-6  # scaled eigenvalue below which an optimum is treated as singular
 
 
 def _distinct(

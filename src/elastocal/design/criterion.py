@@ -61,4 +61,13 @@ def scaled_inverse(information: Array) -> Array:
     return np.linalg.inv(information * outer + _RIDGE * np.eye(p)) * outer
 
 
+def weakest(information: Array) -> float:
+    """Smallest eigenvalue of a (p, p) information matrix scaled to unit diagonal."""
+    diagonal = np.diagonal(information)
+    if (diagonal <= 0.0).any():
+        return 0.0
+    scale = 1.0 / np.sqrt(diagonal)
+    return float(np.linalg.eigvalsh(information * np.outer(scale, scale))[0])
+
+
 _RIDGE = 1e-14

@@ -231,7 +231,7 @@ class _Breeder:
         """Whether the certificate leaves less than 1e-5 to gain."""
         if self.continuous is None:
             return False
-        return bool(value >= self.continuous.upper * self.count * (1.0 - 1e-5))
+        return bool(value >= self.continuous.certificate.upper * self.count * (1.0 - 1e-5))
 
     def afresh(self, batch: int) -> Plans:
         """The best of many random plans from the pool, `batch` times."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.design.criterion import InformationFunction
+from elastocal.design.test_pose import TestPosePrecision
 
 
 class Worst(InformationFunction):
@@ -68,3 +69,21 @@ class PowerMean(Worst):
     @property
     def smooth(self) -> InformationFunction:
         return self
+
+
+def floored(criterion: InformationFunction, scale: Array, share: float) -> InformationFunction:
+    """`criterion` with a small penalty on the variance of every unknown.
+
+    A criterion that does not involve every unknown can have a singular optimum, at which some
+    unknowns are not identified at all. This one, 1 / (1/φ + share · tr(D M⁻¹)), is again an
+    information function and has none. Source: ours.
+
+    Args:
+        criterion: Criterion to protect.
+        scale: (p, p) typical information of one experiment: D is its diagonal over p times the
+            loss 1/φ there, so that `share` is relative.
+        share: Size of the penalty.
+    """
+    loss = 1.0 / float(criterion.value(scale[None])[0])
+    weight = np.diag(np.diagonal(scale)) * (share * loss / len(scale))
+    return PowerMean([criterion.smooth, TestPosePrecision(weight)], criterion.name, 1.0)

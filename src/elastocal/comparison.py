@@ -1,0 +1,116 @@
+"""How a plan compares: with random plans, and with more or fewer experiments or configurations.
+
+In: a study. Out: ρ0 of random feasible plans; ρ0 over the number of experiments and of
+configurations, with the bound as a line. What a user needs to decide how much to measure.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from elastocal.arrays import Array, IntArray, frozen
+from elastocal.criteria import mean_test_pose
+from elastocal.design.exact import Effort
+from elastocal.design.space import information
+from elastocal.errors import IdentifiabilityError
+from elastocal.planning import Progress, lower_bound, plan
+from elastocal.study import Study
+
+LIGHT = Effort(batch=48, generations=6, patience=2)
+"""A shorter search: a curve needs many plans, each within about a tenth of a percent."""
+
+
+@dataclass(frozen=True)
+class TradeOff:
+    """ρ0 over what a campaign costs.
+
+    Attributes:
+        counts: (K,) numbers of experiments.
+        rho0: (K,) ρ0 of a plan for each [m].
+        bound: (K,) no plan of as many experiments has a smaller ρ0 [m]; NaN if unknown.
+        configurations: (L,) numbers of distinct configurations, at the study's own count.
+        rho0_configurations: (L,) ρ0 of a plan for each [m].
+    """
+
+    counts: IntArray
+    rho0: Array
+    bound: Array
+    configurations: IntArray
+    rho0_configurations: Array
+
+
+def trade_off(
+    study: Study,
+    *,
+    seed: int = 0,
+    counts: Sequence[int] | None = None,
+    most_configurations: int = 6,
+    progress: Progress | None = None,
+) -> TradeOff:
+    """ρ0 over the number of experiments and of configurations.
+
+    Args:
+        study: The study; its own count is always among those planned.
+        seed: Seed of every search.
+        counts: Numbers of experiments; a spread around the study's own if None.
+        most_configurations: Up to how many configurations.
+        progress: Told what is going on.
+    """
+    own = study.experiments.count
+    wanted = sorted({*(counts or (1, 2, 3, 4, 6, 8, 12, 16, 24)), own})
+    tell = progress or (lambda what, share: None)
+    limits = range(1, min(own, most_configurations) + 1)
+    steps = len(wanted) + len(limits)
+    kept: list[tuple[int, float, float]] = []
+    bound = lower_bound(study, np.random.default_rng(seed)) if not np.any(study.prior) else None
+    for i, m in enumerate(wanted):
+        tell(f"{m} experiments", i / steps)
+        # Configurations are not limited here: the two curves answer separate questions.
+        variant = _with(study, m, None)
+        try:
+            found = plan(variant, seed=seed, effort=LIGHT, bound=bound)
+        except IdentifiabilityError:
+            continue
+        lowest = found.certificate.lower_bound if study.criterion == "test-pose" else np.nan
+        kept.append((m, found.assessment.rho0, lowest))
+    few: list[tuple[int, float]] = []
+    for i, s in enumerate(limits):
+        tell(f"{s} configurations", (len(wanted) + i) / steps)
+        try:
+            found = plan(_with(study, own, s), seed=seed, effort=LIGHT, bound=bound)
+        except IdentifiabilityError:
+            continue
+        few.append((s, found.assessment.rho0))
+    tell("trade-off", 1.0)
+    table, short = np.array(kept).reshape(-1, 3), np.array(few).reshape(-1, 2)
+    return TradeOff(
+        counts=frozen(table[:, 0], np.int64),
+        rho0=frozen(table[:, 1]),
+        bound=frozen(table[:, 2]),
+        configurations=frozen(short[:, 0], np.int64),
+        rho0_configurations=frozen(short[:, 1]),
+    )
+
+
+def random_plans(study: Study, number: int, *, seed: int = 0) -> Array:
+    """(number,) ρ0 of random feasible plans with as many experiments as the study [m].
+
+    Uniform in the joint ranges, rejected where a constraint is broken; infinite where a plan
+    does not identify what the test poses need.
+    """
+    rng = np.random.default_rng(seed)
+    space, m = study.space, study.experiments.count
+    blocks = information(space.evaluate(space.sample(number * m, rng)).blocks)
+    p = len(study.springs)
+    assert study.prior is not None
+    totals = study.prior + blocks.reshape(number, m, p, p).sum(axis=1)
+    with np.errstate(divide="ignore"):
+        return np.asarray(1.0 / np.sqrt(mean_test_pose(study).value(totals)))
+
+
+def _with(study: Study, count: int, configurations: int | None) -> Study:
+    experiments = replace(study.experiments, count=count, max_configurations=configurations)
+    return replace(study, experiments=experiments)

@@ -1,0 +1,90 @@
+"""The certificate: how far any design can be from the best of all designs.
+
+For an information function φ and G = ∇φ(M) at any M whatever, concavity and homogeneity give
+
+    φ(B + Σ_i M_i) ≤ tr(G B) + m max_x tr(G M_x)     for every design of m experiments.
+
+So M need not be optimal, rounding errors in it cost tightness and never validity, and the only
+thing to be believed is the maximum. It is searched from many fresh random starts: the certificate
+is numerical, and says how many starts stand behind it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastocal.arrays import Array
+from elastocal.design.criterion import InformationFunction
+from elastocal.design.oracle import climb
+from elastocal.design.space import DesignSpace
+
+
+@dataclass(frozen=True)
+class DualBound:
+    """An upper bound on a criterion, for every design.
+
+    Attributes:
+        gradient: (p, p) the G of the bound.
+        offset: tr(G B), what is there anyway, per unit of weight.
+        largest: Largest sensitivity found, max_x tr(G M_x).
+        x_largest: (d,) where it was found.
+        starts: Fresh random starts of the search.
+        attained: How many of them reached `largest` within 1e-4.
+        x_found: (K, d) the local maxima found.
+        s_found: (K,) their sensitivities.
+    """
+
+    gradient: Array
+    offset: float
+    largest: float
+    x_largest: Array
+    starts: int
+    attained: int
+    x_found: Array
+    s_found: Array
+
+    @property
+    def upper(self) -> float:
+        """No design of unit weight has a larger φ."""
+        return self.offset + self.largest
+
+
+def dual_bound(
+    space: DesignSpace,
+    criterion: InformationFunction,
+    total: Array,
+    base: Array,
+    known: Array,
+    rng: np.random.Generator,
+    *,
+    fresh: int = 300,
+    iterations: int = 150,
+) -> DualBound:
+    """Bound from the gradient of `criterion` at `total`.
+
+    Args:
+        space: Where experiments can be chosen from.
+        criterion: What is bounded.
+        total: (p, p) information matrix at which the gradient is taken.
+        base: (p, p) information there is anyway, per unit of weight.
+        known: (K, d) points worth starting from.
+        rng: Source of the fresh starts.
+        fresh: Number of fresh random starts.
+        iterations: Evaluations of each climb.
+    """
+    gradient = criterion.gradient(total[None])[0]
+    begin = np.concatenate([known, space.sample(fresh, rng)])
+    found, s = climb(space, begin, gradient, iterations=iterations)
+    best = int(np.argmax(s))
+    return DualBound(
+        gradient=gradient,
+        offset=float(np.sum(gradient * base)),
+        largest=float(s[best]),
+        x_largest=found[best],
+        starts=fresh,
+        attained=int((s[len(known) :] > s[best] * (1.0 - 1e-4)).sum()),
+        x_found=found,
+        s_found=s,
+    )

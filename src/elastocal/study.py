@@ -1,0 +1,189 @@
+"""Study: everything that defines a calibration campaign, as one frozen value.
+
+In: what a study file says. Out: the design space, the criterion and the test poses, in SI units.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from elastocal.arrays import Array, frozen
+from elastocal.constraints import Constraint, JointLimit
+from elastocal.elastostatics import Regressor, VirtualJoints, joint_springs
+from elastocal.errors import InputError
+from elastocal.load_case import LoadCases
+from elastocal.load_case_space import LoadCaseSpace
+from elastocal.loads import FixedVector, Load
+from elastocal.posture import Posture
+from elastocal.robot import Robot, Tool
+
+
+@dataclass(frozen=True)
+class TestPose:
+    """Where accuracy is judged: a load case of the real task with its tool, or its regressor.
+
+    Attributes:
+        name: What the user calls it.
+        regressor: (r, p) A0: deflection [m] = A0 · compliance.
+        weight: Relative weight.
+        tool: Tool, None if the regressor was given.
+        case: The one load case, None if the regressor was given.
+
+    Source: paper, definition D3.
+    """
+
+    __test__ = False  # not a test, whatever pytest may think
+
+    name: str
+    regressor: Array
+    weight: float = 1.0
+    tool: Tool | None = None
+    case: LoadCases | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "regressor", frozen(self.regressor))
+
+
+def test_pose(
+    robot: Robot, springs: VirtualJoints, tool: Tool, case: LoadCases, weight: float, name: str
+) -> TestPose:
+    """Test pose of a load case: the deflection of the TCP under the process wrench."""
+    judged = replace(tool, markers=np.array([tool.tcp]), marker_names=("TCP",))
+    rows = Regressor(Posture(robot, case.q), springs, judged, case.wrench).rows[:, :, 0]
+    return TestPose(name, rows, weight, tool, case)
+
+
+test_pose.__test__ = False  # type: ignore[attr-defined]
+
+
+@dataclass(frozen=True)
+class Experiments:
+    """What is done in the calibration experiments.
+
+    Attributes:
+        tool: Tool with load point and markers.
+        force: Which forces may act [N].
+        count: Number of experiments m.
+        max_configurations: Most distinct load cases, None for as many as experiments.
+        moment: Which moments may act [N·m].
+    """
+
+    tool: Tool
+    force: Load
+    count: int
+    max_configurations: int | None = None
+    moment: Load = field(default_factory=lambda: FixedVector(np.zeros(3)))
+
+    def __post_init__(self) -> None:
+        if self.count < 1:
+            raise InputError(f"the number of experiments must be at least 1, found {self.count}")
+        if self.max_configurations is not None and self.max_configurations < 1:
+            raise InputError(
+                f"max_configurations must be at least 1, found {self.max_configurations}"
+            )
+        if self.force.size == 0.0 and self.moment.size == 0.0:
+            raise InputError(
+                "the experiments have neither force nor torque: without load nothing deflects "
+                "and nothing can be identified"
+            )
+
+
+@dataclass(frozen=True)
+class Study:
+    """A calibration campaign to be planned.
+
+    Attributes:
+        robot: The robot.
+        springs: The p compliances to identify.
+        test_poses: Where accuracy is judged.
+        experiments: What is done.
+        sigma: Standard deviation of one measured coordinate [m].
+        constraints: Constraints on configurations besides the joint limits.
+        limits: (2, n) lower and upper joint values allowed [rad or m].
+        criterion: Name of the criterion to plan for; see `criteria.CRITERIA`.
+        prior: (p, p) information there is already [(N·m/rad)²].
+        name: What the user calls it.
+        text: The study file as written, empty if there is none.
+    """
+
+    robot: Robot
+    springs: VirtualJoints
+    test_poses: tuple[TestPose, ...]
+    experiments: Experiments
+    sigma: float
+    constraints: tuple[Constraint, ...] = ()
+    limits: Array | None = None
+    criterion: str = "test-pose"
+    prior: Array | None = None
+    name: str = "study"
+    text: str = ""
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.sigma) and self.sigma > 0.0):
+            raise InputError(f"sigma must be a positive length, found {self.sigma}")
+        limits = [self.robot.lower, self.robot.upper] if self.limits is None else self.limits
+        object.__setattr__(self, "limits", frozen(_finite_limits(self.robot, np.array(limits))))
+        p = len(self.springs)
+        prior = np.zeros((p, p)) if self.prior is None else self.prior
+        object.__setattr__(self, "prior", frozen(prior))
+
+    @property
+    def space(self) -> LoadCaseSpace:
+        """The load cases to choose from."""
+        e = self.experiments
+        return LoadCaseSpace(
+            self.robot, self.springs, e.tool, e.force, e.moment, self.constraints, self.sigma,
+            np.asarray(self.limits),
+        )
+
+    @property
+    def joint_limits(self) -> tuple[Constraint, ...]:
+        """The joint limits as constraints, two per joint."""
+        constraints = []
+        assert self.limits is not None
+        for i, joint in enumerate(self.robot.joints):
+            unit, scale, shown = ("m", 1e3, "mm") if joint.prismatic else ("rad", 180 / np.pi, "°")
+            for bound, upper, sign in (
+                (self.limits[0, i], False, ">="),
+                (self.limits[1, i], True, "<="),
+            ):
+                name = f"{joint.name} {sign} {scale * bound:.6g}{shown}"
+                constraints.append(JointLimit(name, i, bound, upper=upper, unit=unit))
+        return tuple(constraints)
+
+
+def springs_of(robot: Robot, names: list[str] | None) -> VirtualJoints:
+    """Joint springs to identify, in chain order.
+
+    Raises:
+        InputError: none, unknown or repeated joints.
+    """
+    if names is not None and not names:
+        raise InputError("identify lists no joints; name at least one")
+    if names is not None and len(set(names)) != len(names):
+        repeated = next(name for name in names if names.count(name) > 1)
+        raise InputError(f"identify lists joint {repeated!r} twice")
+    if names is not None:
+        order = robot.index(names)
+        names = [robot.joint_names[i] for i in sorted(order)]
+    return joint_springs(robot, names)
+
+
+def _finite_limits(robot: Robot, limits: Array) -> Array:
+    """Limits for planning: a joint that turns without end is planned within half a turn."""
+    for i, joint in enumerate(robot.joints):
+        if joint.prismatic and not np.isfinite(limits[:, i]).all():
+            raise InputError(
+                f"joint {joint.name!r} slides and has no limits; give it some in "
+                "constraints: joint_limits_mm"
+            )
+        if not joint.prismatic:
+            limits[:, i] = np.where(np.isfinite(limits[:, i]), limits[:, i], [-np.pi, np.pi])
+        if not limits[0, i] < limits[1, i]:
+            raise InputError(
+                f"joint {joint.name!r} has no room left between its limits "
+                f"{limits[0, i]:.6g} and {limits[1, i]:.6g}; check limits and margin"
+            )
+    return limits
