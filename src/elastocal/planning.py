@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
-from elastocal.assessment import Assessment, assess
+from elastocal.assessment import Assessment, assess, load_case_information, margins
 from elastocal.criteria import criterion_of
 from elastocal.design.continuous import ContinuousDesign, continuous_design
 from elastocal.design.criterion import Criterion, InformationFunction, weakest
@@ -73,6 +73,7 @@ class Plan:
         criterion: Name of the criterion it was planned for.
         seed: Seed of the search.
         study: The study it was made from.
+        free_joints: Joints whose values do not matter: set them as the cell requires.
     """
 
     load_cases: LoadCases
@@ -82,6 +83,7 @@ class Plan:
     criterion: str
     seed: int
     study: Study
+    free_joints: tuple[str, ...] = ()
 
     @property
     def count(self) -> int:
@@ -129,7 +131,7 @@ def plan(
         effort=effort,
         progress=lambda what, share: tell(what, 0.4 + 0.6 * share),
     )
-    cases = space.load_cases(design.x)
+    cases, free = simplify(study, space.load_cases(design.x))
     tell("exact plan", 1.0)
     return Plan(
         load_cases=cases,
@@ -139,7 +141,49 @@ def plan(
         criterion=study.criterion,
         seed=seed,
         study=study,
+        free_joints=free,
     )
+
+
+def simplify(study: Study, cases: LoadCases) -> tuple[LoadCases, tuple[str, ...]]:
+    """The same experiments with plainer joint values.
+
+    Whole turns are taken out where the limits allow, and joints that change neither information
+    nor margins are put to their rest position: the user may set them as the cell requires.
+
+    Returns:
+        The load cases, and the names of the joints that are free.
+    """
+    robot, q = study.robot, np.array(cases.q)
+    assert study.limits is not None
+    lower, upper = study.limits
+    for j, joint in enumerate(robot.joints):
+        if not joint.prismatic:
+            near = q[:, j] - 2.0 * np.pi * np.round(q[:, j] / (2.0 * np.pi))
+            inside = (near >= lower[j]) & (near <= upper[j])
+            q[:, j] = np.where(inside, near, q[:, j])
+    free = []
+    for j, joint in enumerate(robot.joints):
+        rest = float(np.clip(0.0, lower[j], upper[j]))
+        trial, other = q.copy(), q.copy()
+        trial[:, j] = rest
+        other[:, j] = 0.6 * rest + 0.4 * upper[j]
+        if _same(study, q, trial, cases.wrench, j) and _same(study, q, other, cases.wrench, j):
+            q = trial
+            free.append(joint.name)
+    return LoadCases(q, cases.wrench), tuple(free)
+
+
+def _same(study: Study, q: Array, other: Array, wrench: Array, joint: int) -> bool:
+    """Whether two sets of configurations differ in nothing but the margins of one joint."""
+    before, after = LoadCases(q, wrench), LoadCases(other, wrench)
+    informations = load_case_information(study, before)
+    change = np.abs(load_case_information(study, after) - informations).max()
+    _, room_before = margins(study, before)
+    _, room_after = margins(study, after)
+    moved = np.abs(room_after - room_before)
+    moved[2 * joint : 2 * joint + 2] = 0.0
+    return bool(change <= 1e-9 * np.abs(informations).max() and moved.max() <= 1e-9)
 
 
 @dataclass(frozen=True)

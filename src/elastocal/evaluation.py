@@ -1,0 +1,101 @@
+"""Evaluation: what a plan is really worth, from the study alone.
+
+In: a study and load cases somebody proposes, with what is claimed of them. Out: an assessment, a
+certificate from a bound computed anew, and every objection. The planner's word is not trusted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from elastocal.arrays import IntArray
+from elastocal.assessment import Assessment, assess
+from elastocal.identifiability import unidentifiable
+from elastocal.load_case import LoadCases
+from elastocal.planning import Bound, Certificate, certificate
+from elastocal.study import Study
+
+_AGREE = 1e-4  # claims may differ by this share: a run sheet rounds its angles
+_BOUNDS_AGREE = 1e-3  # two numerical bounds of the same problem
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """A proposed plan, judged.
+
+    Attributes:
+        assessment: What it is worth.
+        certificate: How far it can be from the best, by a bound of its own count.
+        objections: One sentence for every broken constraint and every claim that does not hold.
+        unidentified: One sentence for every combination of compliances it leaves open.
+    """
+
+    assessment: Assessment
+    certificate: Certificate
+    objections: tuple[str, ...]
+    unidentified: tuple[str, ...]
+
+    @property
+    def accepted(self) -> bool:
+        """Whether there is no objection."""
+        return not self.objections and not self.unidentified
+
+
+def evaluate(
+    study: Study, cases: LoadCases, repeats: IntArray, claims: dict[str, Any], bound: Bound
+) -> Evaluation:
+    """Judge load cases against a study.
+
+    Args:
+        study: The study.
+        cases: S load cases.
+        repeats: (S,) repeats.
+        claims: What is claimed: rho0 [m], lower_bound [m], efficiency, standard_error by joint.
+        bound: Bound for this study and as many experiments.
+    """
+    worth = assess(study, cases, repeats)
+    proof = certificate(study, bound, cases, repeats)
+    open_ends = tuple(unidentifiable(study.springs.names, worth.information))
+    objections = [*worth.violations, *_false_claims(study, worth, proof, claims)]
+    return Evaluation(worth, proof, tuple(objections), open_ends)
+
+
+def _false_claims(
+    study: Study, worth: Assessment, proof: Certificate, claims: dict[str, Any]
+) -> list[str]:
+    found = []
+    if "rho0" in claims and _differ(claims["rho0"], worth.rho0, _AGREE):
+        found.append(
+            f"it claims ρ0 = {1e3 * claims['rho0']:.6g} mm but has {1e3 * worth.rho0:.6g} mm"
+        )
+    errors = dict(zip(study.springs.names, worth.standard_error, strict=True))
+    for name, claimed in claims.get("standard_error", {}).items():
+        if name not in errors:
+            found.append(f"it claims a standard error for {name}, which the study does not identify")
+        elif _differ(claimed, errors[name], _AGREE):
+            found.append(
+                f"it claims a standard error of {claimed:.4g} for {name} but has "
+                f"{errors[name]:.4g}"
+            )
+    known = proof.kind != "none" and study.criterion == "test-pose"
+    if known and claims.get("lower_bound", 0.0) > proof.lower_bound * (1.0 + _BOUNDS_AGREE):
+        found.append(
+            f"it claims that no plan is better than {1e3 * claims['lower_bound']:.6g} mm, but only "
+            f"{1e3 * proof.lower_bound:.6g} mm is confirmed"
+        )
+    if proof.kind != "none" and "efficiency" in claims:
+        if claims["efficiency"] > proof.efficiency * (1.0 + 2.0 * _BOUNDS_AGREE):
+            found.append(
+                f"it claims an efficiency of {claims['efficiency']:.4f} but only "
+                f"{proof.efficiency:.4f} is confirmed"
+            )
+    return found
+
+
+def _differ(claimed: float, found: float, share: float) -> bool:
+    if not np.isfinite(found):
+        return True
+    return bool(abs(claimed - found) > share * abs(found))

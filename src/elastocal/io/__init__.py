@@ -1,0 +1,1 @@
+"""Files: study, plan. The boundary where units are converted and everything is checked."""

@@ -1,0 +1,58 @@
+"""Reading and writing files safely."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+
+from elastocal.errors import InputError
+
+_LARGEST = 64 * 1024 * 1024
+
+
+def read_text(path: Path, *, largest: int = _LARGEST) -> str:
+    """The text of a UTF-8 file.
+
+    Raises:
+        InputError: missing, a folder, too large, or not UTF-8.
+    """
+    try:
+        size = path.stat().st_size
+        if size > largest:
+            raise InputError(f"{path}: {size} bytes, more than the {largest} that are read")
+        data = path.read_bytes()
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        raise InputError(
+            f"{path}, line {line}: byte 0x{data[error.start]:02x} is not UTF-8; save the file "
+            "with UTF-8 encoding"
+        ) from None
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a whole file or nothing: to a temporary file beside it, then rename.
+
+    Raises:
+        InputError: the place cannot be written to.
+    """
+    try:
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        try:
+            with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
+                file.write(text)
+            umask = os.umask(0)
+            os.umask(umask)
+            os.chmod(name, 0o666 & ~umask)
+            os.replace(name, path)
+        except BaseException:
+            Path(name).unlink(missing_ok=True)
+            raise
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror})") from error

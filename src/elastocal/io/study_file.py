@@ -1,0 +1,349 @@
+"""Study files: from YAML in degrees and millimetres to a `Study` in SI units."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from elastocal.arrays import Array
+from elastocal.criteria import CRITERIA
+from elastocal.elastostatics import VirtualJoints
+from elastocal.errors import ElastocalError, InputError, StudyError
+from elastocal.io.constraint_section import LocatedError, constraints_of, limits_of
+from elastocal.io.files import read_text
+from elastocal.io.schema import (
+    ConeFile,
+    DHRobotFile,
+    ExperimentsFile,
+    PriorFile,
+    StudyFile,
+    TestPoseFile,
+    ToolFile,
+    validate,
+)
+from elastocal.io.yaml_lines import Located, Path_, parse
+from elastocal.load_case import LoadCases
+from elastocal.loads import FixedVector, FreeDirection, Load
+from elastocal.robot import Robot, Tool
+from elastocal.robots import DHRow, from_dh, load
+from elastocal.study import Experiments, Study, TestPose, springs_of, test_pose
+
+_LARGEST = 1_000_000  # bytes; a study file is a page of text
+
+
+def read_study(path: Path) -> Study:
+    """The study in a file.
+
+    Raises:
+        StudyError: the file is wrong; the message names line, key, what was found and expected.
+    """
+    return parse_study(read_text(path, largest=_LARGEST), path)
+
+
+def parse_study(text: str, path: Path) -> Study:
+    """The study in a text; `path` is for messages and for files named in the study."""
+    document = parse(text, path)
+    return _Reader(document, validate(document), text).study()
+
+
+class _Reader:
+    """Turns a validated file into values; every error gets its line here."""
+
+    def __init__(self, document: Located, file: StudyFile, text: str) -> None:
+        self.document, self.file, self.text = document, file, text
+
+    def study(self) -> Study:
+        file = self.file
+        robot = self._at(("robot",), lambda: _robot(file.robot))
+        springs = self._at(("identify",), lambda: springs_of(robot, file.identify))
+        tools = dict(robot.tools)
+        for name, tool in file.tools.items():
+            tools[name] = self._at(("tools", name), lambda n=name, t=tool: _tool(n, t))
+        if not file.test_poses:
+            raise self._error(("test_poses",), "test_poses is empty; give at least one test pose")
+        poses = tuple(
+            self._at(
+                ("test_poses", i), lambda i=i, p=p: _test_pose(robot, springs, tools, p, i)
+            )
+            for i, p in enumerate(file.test_poses)
+        )
+        experiments = self._at(("experiments",), lambda: _experiments(file.experiments, tools))
+        limits = self._at(("constraints",), lambda: limits_of(robot, file.constraints))
+        self._check_test_poses(robot, poses)
+        if file.criterion not in CRITERIA:
+            raise self._error(
+                ("criterion",),
+                f"criterion {file.criterion!r} is not known; expected one of "
+                f"{', '.join(CRITERIA)}",
+            )
+        self._check_involved(springs, poses)
+        constraints = self._at(
+            ("constraints",), lambda: constraints_of(file.constraints, experiments.tool)
+        )
+        study = self._at(
+            ("constraints",),
+            lambda: Study(
+                robot=robot,
+                springs=springs,
+                test_poses=poses,
+                experiments=experiments,
+                sigma=file.instrument.sigma_mm / 1e3,
+                constraints=constraints,
+                limits=limits,
+                criterion=file.criterion,
+                name=file.name or self.document.file.stem,
+                text=self.text,
+            ),
+        )
+        return self._with_prior(study)
+
+    def _with_prior(self, study: Study) -> Study:
+        if self.file.prior is None:
+            return study
+        prior = self.file.prior
+        folder = self.document.file.parent
+        matrix = self._at(("prior",), lambda: _prior(study, prior, folder))
+        from dataclasses import replace
+
+        return replace(study, prior=matrix)
+
+    def _check_test_poses(self, robot: Robot, poses: tuple[TestPose, ...]) -> None:
+        for i, pose in enumerate(poses):
+            if pose.case is None:
+                continue
+            for joint, value in zip(robot.joints, pose.case.q[0], strict=True):
+                if not joint.lower - 1e-9 <= value <= joint.upper + 1e-9:
+                    scale, unit = (1e3, "mm") if joint.prismatic else (180.0 / np.pi, "°")
+                    raise self._error(
+                        ("test_poses", i),
+                        f"test pose {pose.name!r} has {joint.name} at {scale * value:.6g}{unit}, "
+                        f"outside its limits {scale * joint.lower:.6g} to "
+                        f"{scale * joint.upper:.6g}{unit}",
+                    )
+
+    def _check_involved(self, springs: VirtualJoints, poses: tuple[TestPose, ...]) -> None:
+        if not any(np.any(pose.regressor) for pose in poses):
+            raise self._error(
+                ("test_poses",),
+                "no test pose involves any of the compliances "
+                f"{', '.join(springs.names)}: their deflections are zero there",
+            )
+
+    def _at(self, path: Path_, make: Any) -> Any:
+        """`make()`, with the line of `path` in front of an error that has none."""
+        try:
+            return make()
+        except StudyError:
+            raise
+        except LocatedError as error:
+            raise self._error((*path, *error.path), str(error)) from None
+        except InputError as error:
+            raise self._error(path, str(error)) from None
+
+    def _error(self, path: Path_, message: str) -> StudyError:
+        return StudyError(f"{self.document.where(path)}: {message}")
+
+
+def _robot(entry: str | DHRobotFile) -> Robot:
+    if isinstance(entry, str):
+        return load(entry)
+    rows = []
+    if not entry.dh:
+        raise LocatedError(("dh",), "the DH table has no rows")
+    for i, row in enumerate(entry.dh):
+        prismatic = row.type == "prismatic"
+        wrong = row.limits_deg if prismatic else row.limits_mm
+        if wrong is not None:
+            need = "limits_mm" if prismatic else "limits_deg"
+            raise LocatedError(("dh", i), f"joint {row.joint!r} is {row.type}: use {need}")
+        limits = row.limits_mm if prismatic else row.limits_deg
+        scale = 1e-3 if prismatic else np.pi / 180.0
+        low, high = (-np.inf, np.inf) if limits is None else (scale * v for v in limits)
+        rows.append(
+            DHRow(
+                row.joint, np.radians(row.theta_deg), row.d_mm / 1e3, row.a_mm / 1e3,
+                np.radians(row.alpha_deg), prismatic, float(row.sign), low, high,
+            )
+        )
+    return from_dh(entry.name, rows, modified=entry.convention == "modified")
+
+
+def _tool(name: str, entry: ToolFile) -> Tool:
+    load_point = entry.load_point_mm or entry.tcp_mm
+    if load_point is None:
+        raise InputError(f"tool {name!r} has neither tcp_mm nor load_point_mm; give one of them")
+    if entry.markers_mm is not None and not entry.markers_mm:
+        raise LocatedError(("markers_mm",), f"tool {name!r}: markers_mm is empty")
+    default = "TCP" if entry.tcp_mm is not None else "load point"
+    markers = entry.markers_mm or {default: entry.tcp_mm or load_point}
+    return Tool(
+        name,
+        np.array(load_point) / 1e3,
+        np.array(list(markers.values())) / 1e3,
+        tuple(markers),
+        np.array(entry.tcp_mm or load_point) / 1e3,
+    )
+
+
+def _find_tool(tools: dict[str, Tool], name: str) -> Tool:
+    if name not in tools:
+        known = ", ".join(tools) or "none"
+        raise LocatedError(("tool",), f"tool {name!r} is not defined; defined are: {known}")
+    return tools[name]
+
+
+def _test_pose(
+    robot: Robot, springs: VirtualJoints, tools: dict[str, Tool], entry: TestPoseFile, index: int
+) -> TestPose:
+    name = entry.name or f"test pose {index + 1}"
+    if entry.regressor_Nm2 is not None:
+        given = [k for k in ("tool", "q_deg", "q_mm", "force_N", "torque_Nm")
+                 if getattr(entry, k) is not None]
+        if given:
+            raise LocatedError((given[0],), f"{name}: give either regressor_Nm2 or {given[0]}")
+        rows = entry.regressor_Nm2
+        if not rows or any(len(row) != len(springs) for row in rows):
+            raise LocatedError(
+                ("regressor_Nm2",),
+                f"{name}: every row of regressor_Nm2 needs {len(springs)} numbers, one for each "
+                f"of {', '.join(springs.names)}",
+            )
+        return TestPose(name, np.array(rows), entry.weight)
+    if entry.tool is None:
+        raise InputError(f"{name}: key 'tool' is missing")
+    if entry.force_N is None and entry.torque_Nm is None:
+        raise InputError(f"{name}: key 'force_N' is missing")
+    wrench = np.append(entry.force_N or [0.0] * 3, entry.torque_Nm or [0.0] * 3)
+    if not wrench.any():
+        raise InputError(f"{name}: force and torque are zero, so nothing deflects there")
+    q = configuration(robot, entry.q_deg, entry.q_mm)
+    tool = _find_tool(tools, entry.tool)
+    return test_pose(robot, springs, tool, LoadCases(q[None], wrench[None]), entry.weight, name)
+
+
+def configuration(
+    robot: Robot, degrees: dict[str, float] | list[float] | None, mm: dict[str, float] | None
+) -> Array:
+    """(n,) joint vector [rad or m] of values by joint name.
+
+    Raises:
+        InputError: a joint is missing, unknown, or in the wrong unit.
+    """
+    if isinstance(degrees, list):
+        if robot.prismatic.any():
+            raise LocatedError(("q_deg",), "the robot has sliding joints: give q_deg and q_mm by name")
+        if len(degrees) != len(robot.joints):
+            raise LocatedError(
+                ("q_deg",),
+                f"q_deg needs {len(robot.joints)} angles ({', '.join(robot.joint_names)}), found "
+                f"{len(degrees)}",
+            )
+        return np.radians(degrees)
+    values = {"q_deg": degrees or {}, "q_mm": mm or {}}
+    for key, entries in values.items():
+        for name in entries:
+            if name not in robot.joint_names:
+                raise LocatedError((key, name), f"no joint {name!r}; the joints are "
+                               f"{', '.join(robot.joint_names)}")
+            if robot.joints[robot.joint_names.index(name)].prismatic != (key == "q_mm"):
+                right = "q_deg" if key == "q_mm" else "q_mm"
+                raise LocatedError((key, name), f"joint {name!r} belongs under {right}")
+    q = []
+    for joint in robot.joints:
+        key = "q_mm" if joint.prismatic else "q_deg"
+        if joint.name not in values[key]:
+            raise LocatedError((key,), f"joint {joint.name!r} has no value in {key}")
+        q.append(values[key][joint.name] * (1e-3 if joint.prismatic else np.pi / 180.0))
+    return np.array(q)
+
+
+def _experiments(entry: ExperimentsFile, tools: dict[str, Tool]) -> Experiments:
+    force = _load("force_N", entry.force_N, "max_force_N", entry.max_force_N, "direction",
+                  entry.direction)
+    moment = _load("torque_Nm", entry.torque_Nm, "max_torque_Nm", entry.max_torque_Nm,
+                   "torque_direction", entry.torque_direction)
+    if force is None and moment is None:
+        raise InputError(
+            "experiments say nothing of the load: give force_N, or max_force_N with direction"
+        )
+    none = FixedVector(np.zeros(3))
+    if entry.max_configurations is not None and entry.max_configurations > entry.count:
+        raise LocatedError(("max_configurations",), f"max_configurations {entry.max_configurations} "
+                       f"is more than the {entry.count} experiments")
+    return Experiments(
+        _find_tool(tools, entry.tool), force or none, entry.count, entry.max_configurations,
+        moment or none,
+    )
+
+
+def _load(
+    fixed_key: str, fixed: list[float] | None, bound_key: str, bound: float | None,
+    direction_key: str, direction: str | ConeFile | None,
+) -> Load | None:
+    """A fixed or free load from its keys; None if none is given."""
+    if fixed is not None and (bound is not None or direction is not None):
+        other = bound_key if bound is not None else direction_key
+        raise LocatedError((other,), f"give either {fixed_key} or {bound_key} with {direction_key}")
+    if fixed is not None:
+        return FixedVector(np.array(fixed))
+    if bound is None and direction is not None:
+        raise LocatedError((direction_key,), f"{direction_key} needs {bound_key}")
+    if bound is None:
+        return None
+    if direction is None:
+        raise LocatedError((bound_key,), f"{bound_key} needs {direction_key}: 'free', or axis and "
+                       "half_angle_deg")
+    if isinstance(direction, str):
+        return FreeDirection(bound, np.array([0.0, 0.0, -1.0]))
+    if not direction.half_angle_deg <= 180.0:
+        raise LocatedError((direction_key,), "half_angle_deg must be at most 180, found "
+                       f"{direction.half_angle_deg:g}")
+    try:
+        return FreeDirection(
+            bound, np.array(direction.axis), float(np.radians(direction.half_angle_deg))
+        )
+    except InputError as error:
+        raise LocatedError((direction_key,), str(error)) from None
+
+
+def _prior(study: Study, entry: PriorFile, folder: Path) -> Array:
+    """(p, p) information [(N·m/rad)²] there is before the campaign."""
+    names = study.springs.names
+    given = [key for key in PriorFile.model_fields if getattr(entry, key) is not None]
+    if len(given) != 1:
+        raise InputError(
+            f"prior needs exactly one of {', '.join(PriorFile.model_fields)}, found {len(given)}"
+        )
+    if entry.standard_error_rad_per_Nm is not None:
+        information = np.zeros((len(names), len(names)))
+        for name, error in entry.standard_error_rad_per_Nm.items():
+            if name not in names:
+                raise LocatedError((given[0], name), f"{name!r} is not identified in this study; "
+                               f"identified are {', '.join(names)}")
+            information[names.index(name), names.index(name)] = error**-2.0
+        return information
+    if entry.information_N2m2 is not None:
+        try:
+            information = np.array(entry.information_N2m2)
+        except ValueError:
+            information = np.zeros(0)
+        if information.shape != (len(names), len(names)):
+            raise LocatedError((given[0],), f"the information must be {len(names)} rows of "
+                           f"{len(names)} numbers, one for each of {', '.join(names)}")
+        if not np.allclose(information, information.T, rtol=1e-6):
+            raise LocatedError((given[0],), "the information matrix is not symmetric")
+        if np.linalg.eigvalsh(information)[0] < -1e-9 * np.abs(information).max():
+            raise LocatedError((given[0],), "the information matrix has a negative eigenvalue")
+        return information
+    from elastocal.assessment import load_case_information
+    from elastocal.io.plan_file import read_proposal
+
+    assert entry.plan is not None
+    try:
+        proposal = read_proposal(folder / entry.plan, study)
+    except ElastocalError as error:
+        raise LocatedError(("plan",), f"prior plan: {error}") from None
+    each = load_case_information(study, proposal.load_cases)
+    return np.einsum("i,ijk->jk", proposal.repeats.astype(float), each)

@@ -1,0 +1,87 @@
+"""YAML that remembers its lines, and refuses what people do not mean.
+
+Repeated keys, aliases and tags are errors: in a study file they are mistakes, or hostile.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from elastocal.errors import StudyError
+
+Path_ = tuple[str | int, ...]
+
+
+class Located:
+    """A parsed document: plain values, and the line of every key.
+
+    Attributes:
+        value: Dictionaries, lists and scalars.
+        file: Where it came from.
+    """
+
+    def __init__(self, value: Any, lines: dict[Path_, int], file: Path) -> None:
+        self.value, self._lines, self.file = value, lines, file
+
+    def where(self, path: Path_) -> str:
+        """'study.yaml, line 12' for the deepest known part of `path`."""
+        while path and path not in self._lines:
+            path = path[:-1]
+        return f"{self.file}, line {self._lines.get(path, 1)}"
+
+
+def parse(text: str, file: Path) -> Located:
+    """Parse a YAML document.
+
+    Raises:
+        StudyError: not YAML, a repeated key, an alias, or nested without measure.
+    """
+    try:
+        node = yaml.compose(text, Loader=yaml.SafeLoader)
+        if node is None:
+            raise StudyError(f"{file}: the file is empty")
+        lines: dict[Path_, int] = {}
+        value = _construct(node, (), lines, set(), file)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        place = f", line {mark.line + 1}, column {mark.column + 1}" if mark else ""
+        raise StudyError(f"{file}{place}: not valid YAML: {error.problem}") from None
+    except yaml.YAMLError as error:
+        reason = str(error).splitlines()[0]
+        raise StudyError(f"{file}: not valid YAML: {reason}") from None
+    except RecursionError:
+        raise StudyError(f"{file}: nested too deeply") from None
+    except ValueError as error:
+        if isinstance(error, StudyError):
+            raise
+        raise StudyError(f"{file}: not valid YAML: {error}") from None
+    return Located(value, lines, file)
+
+
+def _construct(
+    node: yaml.Node, path: Path_, lines: dict[Path_, int], seen: set[int], file: Path
+) -> Any:
+    line = node.start_mark.line + 1
+    lines.setdefault(path, line)
+    if isinstance(node, yaml.ScalarNode):
+        return yaml.SafeLoader("").construct_object(node)  # type: ignore[no-untyped-call]
+    if id(node) in seen:
+        raise StudyError(f"{file}, line {line}: YAML aliases are not supported; repeat the value")
+    seen.add(id(node))
+    if isinstance(node, yaml.SequenceNode):
+        return [_construct(n, (*path, i), lines, seen, file) for i, n in enumerate(node.value)]
+    result: dict[str, Any] = {}
+    assert isinstance(node, yaml.MappingNode)
+    for key_node, value_node in node.value:
+        key = str(getattr(key_node, "value", key_node))
+        line = key_node.start_mark.line + 1
+        if not isinstance(key_node, yaml.ScalarNode):
+            raise StudyError(f"{file}, line {line}: a key must be a word")
+        if key in result:
+            raise StudyError(f"{file}, line {line}: key {key!r} appears twice")
+        lines[(*path, key)] = line
+        result[key] = _construct(value_node, (*path, key), lines, seen, file)
+    return result
