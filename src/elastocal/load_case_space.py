@@ -13,6 +13,7 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.constraints import Constraint
+from elastocal.design.oracle import restore
 from elastocal.elastostatics import Regressor, VirtualJoints
 from elastocal.errors import InfeasibleError
 from elastocal.load_case import LoadCases
@@ -92,36 +93,47 @@ class LoadCaseSpace:
     def sample(self, count: int, rng: np.random.Generator) -> Array:
         """(count, d) random feasible points: uniform in the joint ranges, then rejection.
 
+        Where nearly all are rejected, random points are moved to the nearest feasible ones.
+
         Raises:
-            InfeasibleError: no feasible point in a million; names the constraint broken most.
+            InfeasibleError: none is found even so; names the constraint in the way.
         """
         found: list[Array] = []
-        total, tried, broken = 0, 0, np.zeros(len(self.constraints))
+        total = tried = 0
         while total < count:
-            batch = min(20000, max(256, 4 * (count - total)))
-            x = np.empty((batch, len(self.lower)))
-            n = len(self.robot.joints)
-            x[:, :n] = rng.uniform(self.limits[0], self.limits[1], (batch, n))
-            start = n
-            for load in (self.force, self.moment):
-                if isinstance(load, FreeDirection):
-                    x[:, start : start + 3] = load.sample(batch, rng).T
-                    start += 3
-            margins = self._configuration_margins(x)
-            feasible = (margins >= 0.0).all(axis=1)
-            broken += (margins < 0.0).sum(axis=0)
+            x = self._draw(min(20000, max(256, 4 * (count - total))), rng)
+            feasible = (self._configuration_margins(x) >= 0.0).all(axis=1)
+            if tried >= _ENOUGH_TRIED and total < _THIN * tried:
+                x = restore(self, x[:2000])
+                feasible = (self._configuration_margins(x) >= 0.0).all(axis=1)
+                if not feasible.any() and not total:
+                    self._raise_infeasible(x)
             found.append(x[feasible])
-            total, tried = total + int(feasible.sum()), tried + batch
-            if not total and tried >= _MOST_TRIED:
-                self._raise_infeasible(broken, tried)
+            total, tried = total + int(feasible.sum()), tried + len(x)
         return np.concatenate(found)[:count]
 
-    def _raise_infeasible(self, broken: Array, tried: int) -> None:
-        worst = int(np.argmax(broken))
+    def _draw(self, count: int, rng: np.random.Generator) -> Array:
+        """(count, d) points uniform in the joint ranges and in the allowed directions."""
+        x = np.empty((count, len(self.lower)))
+        start = len(self.robot.joints)
+        x[:, :start] = rng.uniform(self.limits[0], self.limits[1], (count, start))
+        for load in (self.force, self.moment):
+            if isinstance(load, FreeDirection):
+                x[:, start : start + 3] = load.sample(count, rng).T
+                start += 3
+        return x
+
+    def _raise_infeasible(self, x: Array) -> None:
+        """Name the constraint that is in the way at the best of the points `x`."""
+        margins = self._configuration_margins(x)
+        best = int(margins.min(axis=1).argmax())
+        worst = int(margins[best].argmin())
+        constraint = self.constraints[worst]
+        scale, unit = (1e3, " mm") if constraint.unit == "m" else (180.0 / np.pi, "°")
         raise InfeasibleError(
-            f"no feasible configuration among {tried} random ones: the constraint "
-            f"{self.constraints[worst].name!r} was broken by {100.0 * broken[worst] / tried:.3g} % "
-            "of them; relax it, or check the units and the joint limits"
+            f"no feasible configuration found: the nearest one still breaks {constraint.name!r} "
+            f"by {-scale * margins[best, worst]:.4g}{unit}; relax it, or check the units and the "
+            "joint limits"
         )
 
     def _configuration_margins(self, x: Array) -> Array:
@@ -142,7 +154,8 @@ class LoadCaseSpace:
         )
 
 
-_MOST_TRIED = 1_000_000
+_ENOUGH_TRIED = 10_000  # random points before rejection is given up ...
+_THIN = 0.01  # ... if fewer than this share are feasible
 
 
 class LoadCaseEvaluation:

@@ -1,0 +1,5 @@
+"""`python -m elastocal`."""
+
+from elastocal.cli import app
+
+app(prog_name="elastocal")

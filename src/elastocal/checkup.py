@@ -1,0 +1,98 @@
+"""What a study means, before anything is planned: the facts a person should recognise.
+
+In: a `Study`. Out: a `Checkup`: reach, room left by the constraints, identifiability, and remarks
+on numbers that look like another unit. Nothing is guessed or corrected.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastocal.errors import ElastocalError
+from elastocal.identifiability import check_count, check_identifiable
+from elastocal.posture import Posture
+from elastocal.study import Study
+
+
+@dataclass(frozen=True)
+class Checkup:
+    """Facts about a study.
+
+    Attributes:
+        reach: Largest distance of the load point from the base origin found [m].
+        feasible_share: Share of random configurations that satisfy the constraints.
+        bottleneck: Constraint that refuses most of them, empty if there is none.
+        problem: Why the campaign cannot work, None if it can.
+        remarks: Sentences on what looks odd.
+    """
+
+    reach: float
+    feasible_share: float
+    bottleneck: str
+    problem: ElastocalError | None
+    remarks: tuple[str, ...]
+
+
+def check(study: Study, *, seed: int = 0) -> Checkup:
+    """Look at a study without planning it."""
+    rng = np.random.default_rng(seed)
+    space, experiments = study.space, study.experiments
+    assert study.limits is not None and study.prior is not None
+    q = rng.uniform(study.limits[0], study.limits[1], (4000, len(study.robot.joints)))
+    posture = Posture(study.robot, q)
+    reach = float(np.linalg.norm(posture.point(experiments.tool.load_point), axis=0).max())
+    refused = np.array([c.at(posture)[0] < 0.0 for c in study.constraints]).reshape(-1, len(q))
+    share = float((~refused.any(axis=0)).mean())
+    worst = int(refused.sum(axis=1).argmax()) if len(refused) else 0
+    bottleneck = study.constraints[worst].name if refused.any() else ""
+    problem: ElastocalError | None = None
+    distinct = min(experiments.count, experiments.max_configurations or experiments.count)
+    try:
+        check_identifiable(space, study.prior, rng)
+        check_count(space, study.prior, experiments.count, distinct, rng)
+    except ElastocalError as error:
+        problem = error
+    return Checkup(reach, share, bottleneck, problem, _remarks(study, reach))
+
+
+def _remarks(study: Study, reach: float) -> tuple[str, ...]:
+    found = []
+    tools = [study.experiments.tool] + [p.tool for p in study.test_poses if p.tool is not None]
+    for tool in {tool.name: tool for tool in tools}.values():
+        size = float(np.abs(np.vstack([tool.markers, tool.load_point, tool.tcp])).max())
+        if 0.0 < size < 0.005:
+            found.append(
+                f"tool {tool.name!r} is no larger than {1e3 * size:g} mm: were metres meant?"
+            )
+        if size > max(reach, 1.0):
+            found.append(f"tool {tool.name!r} reaches {size:.4g} m from the flange, which is "
+                         "larger than the arm")
+    for pose in study.test_poses:
+        if pose.case is None:
+            continue
+        turning = pose.case.q[0][~study.robot.prismatic]
+        if turning.any() and np.abs(np.degrees(turning)).max() < 6.3:
+            found.append(f"all angles of test pose {pose.name!r} are below 6.3°: were radians meant?")
+        force = float(np.linalg.norm(pose.case.wrench[0, :3]))
+        if 0.0 < force < 1.0:
+            found.append(f"the force at test pose {pose.name!r} is only {force:g} N: "
+                         "were kilonewtons meant?")
+    if study.sigma > 1e-3:
+        found.append(f"sigma is {1e3 * study.sigma:g} mm per coordinate: "
+                     "were micrometres meant? A laser tracker has about 0.03 mm")
+    if 0.0 < study.experiments.force.size < 1.0:
+        found.append(f"the calibration force is only {study.experiments.force.size:g} N: were "
+                     "kilonewtons meant?")
+    names = study.robot.joint_names
+    involved = np.abs(np.concatenate([p.regressor for p in study.test_poses])).sum(axis=0) > 0.0
+    idle = [n for n, used in zip(study.springs.names, involved, strict=True) if not used]
+    if idle:
+        found.append(f"{', '.join(idle)}: no test pose is deflected through "
+                     f"{'this joint' if len(idle) == 1 else 'these joints'}, so the plan spends "
+                     "no effort there that it can avoid")
+    left_out = [name for name in names if name not in study.springs.names]
+    if left_out:
+        found.append(f"{', '.join(left_out)}: taken as rigid, not identified by this study")
+    return tuple(found)

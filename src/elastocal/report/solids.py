@@ -1,0 +1,84 @@
+"""Solids: triangles of the few bodies a robot is drawn with.
+
+In: points [m]. Out: `Solid`. A robot is a union of tubes; no mesh file is needed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from elastocal.arrays import Array, IntArray
+
+
+@dataclass(frozen=True)
+class Solid:
+    """Triangles.
+
+    Attributes:
+        vertices: (V, 3) points [m].
+        triangles: (T, 3) indices of their corners.
+    """
+
+    vertices: Array
+    triangles: IntArray
+
+
+def union(solids: Iterable[Solid]) -> Solid:
+    """All triangles of several solids as one."""
+    vertices: list[Array] = [np.zeros((0, 3))]
+    triangles: list[IntArray] = [np.zeros((0, 3), dtype=np.int64)]
+    count = 0
+    for solid in solids:
+        vertices.append(solid.vertices)
+        triangles.append(solid.triangles + count)
+        count += len(solid.vertices)
+    return Solid(np.vstack(vertices), np.vstack(triangles))
+
+
+def tube(start: Array, end: Array, radius: float, tip: float | None = None, sides: int = 14) -> Solid:
+    """Closed tube between two points, of radius `tip` at its end (0: a cone) [m]."""
+    around = circle(end - start, sides)
+    rings = [start + radius * around, end + (radius if tip is None else tip) * around]
+    # Caps have corners of their own: shared ones would make flat ends look round.
+    vertices = np.vstack([*rings, *rings])
+    i = np.arange(sides)
+    j = (i + 1) % sides
+    side = [np.column_stack([i, j, j + sides]), np.column_stack([i, j + sides, i + sides])]
+    fan = np.column_stack([np.zeros(sides - 2, dtype=np.int64), i[1:-1], i[2:]])
+    caps = [fan[:, ::-1] + 2 * sides, fan + 3 * sides]
+    return Solid(vertices, np.vstack([*side, *caps]))
+
+
+def ball(centre: Array, radius: float) -> Solid:
+    """A small round body [m]."""
+    levels = np.linspace(-np.pi / 2, np.pi / 2, 9)
+    up = np.array([0.0, 0.0, radius])
+    return union(
+        tube(
+            centre + np.sin(a) * up, centre + np.sin(b) * up,
+            radius * float(np.cos(a)), radius * float(np.cos(b)), 12,
+        )
+        for a, b in pairwise(levels)
+    )
+
+
+def arrow(start: Array, along: Array, radius: float) -> Solid:
+    """Arrow from `start` to `start + along` [m]; nothing if it has no length."""
+    length = float(np.linalg.norm(along))
+    if length < 4.0 * radius:
+        return union([])
+    neck = start + along * (1.0 - 7.0 * radius / max(length, 14.0 * radius))
+    return union([tube(start, neck, radius), tube(neck, start + along, 2.6 * radius, 0.0)])
+
+
+def circle(normal: Array, sides: int) -> Array:
+    """(sides, 3) unit vectors square to `normal`, once around it."""
+    normal = normal / np.linalg.norm(normal)
+    first = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
+    first /= np.linalg.norm(first)
+    angles = 2.0 * np.pi * np.arange(sides) / sides
+    return np.outer(np.cos(angles), first) + np.outer(np.sin(angles), np.cross(normal, first))

@@ -1,0 +1,108 @@
+"""Stage: everything of a plan that can be drawn, in one frame and at one scale.
+
+In: a plan. Out: posed figures with their loads, and the box that holds them. The 3D scene and
+the static pictures draw the same stage.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastocal.arrays import Array
+from elastocal.load_case import LoadCases
+from elastocal.planning import Plan
+from elastocal.report.skeleton import Skeleton, skeletons
+from elastocal.report.units import number
+
+_ARROW = 0.22  # longest arrow over the size of the robot
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One drawn load case.
+
+    Attributes:
+        label: What is written next to it.
+        skeleton: The robot [m].
+        force: (3,) arrow of the force, scaled to a length [m]; zero if there is none.
+        moment: (3,) arrow of the moment, likewise.
+        load: Size of the wrench in words: "2500 N".
+    """
+
+    label: str
+    skeleton: Skeleton
+    force: Array
+    moment: Array
+    load: str
+
+
+@dataclass(frozen=True)
+class Stage:
+    """Figures and the box around them.
+
+    Attributes:
+        planned: The S load cases of the plan.
+        tests: Test poses that are load cases.
+        peak: Where the sensitivity peaks, if there is a certificate.
+        lower: (3,) corner of the box [m].
+        upper: (3,) opposite corner [m].
+        size: Largest distance from the base that a figure reaches [m].
+    """
+
+    planned: tuple[Figure, ...]
+    tests: tuple[Figure, ...]
+    peak: tuple[Figure, ...]
+    lower: Array
+    upper: Array
+    size: float
+
+
+def stage(plan: Plan) -> Stage:
+    """What of `plan` can be drawn."""
+    robot, tool = plan.study.robot, plan.study.experiments.tool
+    cases, peak = plan.load_cases, plan.certificate.peak
+    posed = skeletons(robot, tool, cases.q)
+    at_peak = () if peak is None else skeletons(robot, tool, peak.q)
+    drawn = [(p, p.tool, p.case) for p in plan.study.test_poses if p.tool and p.case]
+    tested = [skeletons(robot, own, case.q)[0] for _, own, case in drawn]
+    everything = [*posed, *at_peak, *tested]
+    size = max(float(np.linalg.norm(s.points, axis=1).max()) for s in everything)
+    numbers = [str(i + 1) for i in range(len(cases))]
+    planned = _figures(posed, cases, numbers, size)
+    peaks = () if peak is None else _figures(at_peak, peak, ["peak"], size)
+    tests: list[Figure] = []
+    for (pose, _, case), skeleton in zip(drawn, tested, strict=True):
+        tests += _figures([skeleton], case, [pose.name], size)
+    box = np.vstack([_extent(f) for f in (*planned, *peaks, *tests)] + [np.zeros((1, 3))])
+    margin = 0.04 * size
+    return Stage(
+        planned, tuple(tests), peaks, box.min(axis=0) - margin, box.max(axis=0) + margin, size
+    )
+
+
+def _figures(
+    posed: tuple[Skeleton, ...] | list[Skeleton], cases: LoadCases, labels: list[str], size: float
+) -> tuple[Figure, ...]:
+    """Figures whose longest arrow has the length of `_ARROW` times `size`."""
+    scaled = []
+    for part in (cases.wrench[:, :3], cases.wrench[:, 3:]):
+        largest = float(np.linalg.norm(part, axis=1).max(initial=0.0))
+        scaled.append(part * (_ARROW * size / largest if largest > 0.0 else 0.0))
+    return tuple(
+        Figure(label, skeleton, scaled[0][i], scaled[1][i], _load(cases.wrench[i]))
+        for i, (label, skeleton) in enumerate(zip(labels, posed, strict=True))
+    )
+
+
+def _load(wrench: Array) -> str:
+    """Size of a wrench (6,) [N, N·m] in words."""
+    sizes = (float(np.linalg.norm(wrench[:3])), "N"), (float(np.linalg.norm(wrench[3:])), "N·m")
+    return ", ".join(f"{number(size, 4)} {unit}" for size, unit in sizes if size > 0.0)
+
+
+def _extent(figure: Figure) -> Array:
+    """(., 3) points that a figure covers, arrows included [m]."""
+    at = figure.skeleton.load_point
+    return np.vstack([figure.skeleton.points, at + figure.force, at + figure.moment])

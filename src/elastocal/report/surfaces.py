@@ -1,0 +1,122 @@
+"""Surfaces: constraints as something one can see in the scene.
+
+In: constraint, stage. Out: translucent solids and outlines. A constraint on joint values alone,
+or of a kind unknown here, has no surface and returns None.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastocal.arrays import Array
+from elastocal.constraints import Constraint, Elevation, HalfSpace, MinRadius, Tilt
+from elastocal.posture import Posture
+from elastocal.report.solids import Solid, circle
+from elastocal.report.stage import Stage
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A drawn limit.
+
+    Attributes:
+        name: Name of the constraint.
+        solid: What is translucent [m].
+        outlines: Polylines (., 3) [m].
+        label: (3,) where the name is written [m].
+    """
+
+    name: str
+    solid: Solid
+    outlines: tuple[Array, ...]
+    label: Array
+
+
+def wall(constraint: Constraint, stage: Stage) -> Surface | None:
+    """A limit that stands in the room, the same for every configuration."""
+    if isinstance(constraint, HalfSpace):
+        return _plane(constraint, stage)
+    if isinstance(constraint, MinRadius):
+        return _cylinder(constraint, stage)
+    return None
+
+
+def aperture(constraint: Constraint, posture: Posture, at: Array, size: float) -> Surface | None:
+    """A limit on how the tool is held, at the tool.
+
+    Args:
+        constraint: The limit.
+        posture: The one configuration.
+        at: (3,) where to draw it [m].
+        size: How large to draw it [m].
+    """
+    if isinstance(constraint, Elevation):
+        axis = posture.direction(constraint.axis)[:, 0]
+        level = np.array([axis[0], axis[1], 0.0])
+        norm = float(np.linalg.norm(level))
+        level = level / norm if norm > 1e-6 else np.array([1.0, 0.0, 0.0])
+        angles = np.linspace(-constraint.limit, constraint.limit, 25)
+        up = np.array([0.0, 0.0, 1.0])
+        return _fan(constraint.name, at, size, _turned(level, up, angles), axis, closed=False)
+    if isinstance(constraint, Tilt):
+        axis = posture.direction(constraint.axis)[:, 0]
+        rim = circle(constraint.towards, 36)
+        rays = np.cos(constraint.limit) * constraint.towards + np.sin(constraint.limit) * rim
+        return _fan(constraint.name, at, size, rays, axis, closed=True)
+    return None
+
+
+def _turned(level: Array, up: Array, angles: Array) -> Array:
+    """(., 3) unit vectors at `angles` from `level` towards `up`."""
+    return np.outer(np.cos(angles), level) + np.outer(np.sin(angles), up)
+
+
+def _fan(name: str, at: Array, size: float, rays: Array, axis: Array, *, closed: bool) -> Surface:
+    """Fan of `rays` (., 3) from a point, and the axis it limits."""
+    rim = at + size * rays
+    i = np.arange(1, len(rim))
+    triangles = np.column_stack([np.zeros_like(i), i, i + 1])
+    outline = np.vstack([at, rim, at])
+    if closed:
+        triangles = np.vstack([triangles, [0, len(rim), 1]])
+        outline = np.vstack([rim, rim[:1]])
+    tip = at + 1.25 * size * axis
+    solid = Solid(np.vstack([at, rim]), triangles)
+    return Surface(name, solid, (outline, np.vstack([at, tip])), tip)
+
+
+def _plane(constraint: HalfSpace, stage: Stage) -> Surface | None:
+    """The plane where it cuts the box of the stage."""
+    corners = np.array(np.meshgrid(*zip(stage.lower, stage.upper, strict=True))).reshape(3, 8).T
+    height = corners @ constraint.normal - constraint.offset
+    cuts = []
+    for a in range(8):
+        for b in range(a):
+            along_edge = (np.abs(corners[a] - corners[b]) > 0.0).sum() == 1
+            if along_edge and height[a] * height[b] < 0.0:
+                share = height[a] / (height[a] - height[b])
+                cuts.append(corners[a] + share * (corners[b] - corners[a]))
+    if len(cuts) < 3:
+        return None
+    centre = np.mean(cuts, axis=0)
+    side, other = circle(constraint.normal, 4)[:2]
+    around = np.argsort([np.arctan2((c - centre) @ other, (c - centre) @ side) for c in cuts])
+    rim = np.array(cuts)[around]
+    i = np.arange(1, len(rim) - 1)
+    solid = Solid(rim, np.column_stack([np.zeros_like(i), i, i + 1]))
+    return Surface(constraint.name, solid, (np.vstack([rim, rim[:1]]),), rim[-1])
+
+
+def _cylinder(constraint: MinRadius, stage: Stage) -> Surface:
+    """The cylinder about the base, as high as the box of the stage."""
+    sides = 48
+    rim = constraint.radius * circle(np.array([0.0, 0.0, 1.0]), sides)
+    top = max(float(stage.upper[2]), 0.1)
+    low, high = rim + [0.0, 0.0, stage.lower[2]], rim + [0.0, 0.0, top]
+    i = np.arange(sides)
+    j = (i + 1) % sides
+    triangles = np.vstack([np.column_stack([i, j, j + sides]), np.column_stack([i, j + sides, i + sides])])
+    outlines = tuple(np.vstack([ring, ring[:1]]) for ring in (low, high))
+    return Surface(constraint.name, Solid(np.vstack([low, high]), triangles), outlines, high[0])

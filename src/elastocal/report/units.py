@@ -1,0 +1,95 @@
+"""Numbers as people read them: millimetres, micrometres, degrees; few digits; a true minus sign.
+
+In: SI values. Out: text. The only place of the report where units are converted to text.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from elastocal.arrays import Array
+
+_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_AXES = ("x", "y", "z")
+
+
+def number(value: float, digits: int = 3) -> str:
+    """A value with `digits` significant digits, as a power of ten only when very large or small."""
+    if np.isnan(value):
+        return "–"
+    if np.isinf(value):
+        return "∞" if value > 0 else "−∞"
+    if value == 0.0:
+        return "0"
+    power = int(np.floor(np.log10(abs(float(f"{value:.{digits - 1}e}")))))
+    if not -4 < power < 6:
+        mantissa = f"{value / 10.0**power:.{digits - 1}f}".replace("-", "−")
+        return f"{mantissa}×10{str(power).translate(_SUPERSCRIPT)}"
+    return fixed(round(value, digits - 1 - power), max(0, digits - 1 - power))
+
+
+def fixed(value: float, decimals: int) -> str:
+    """A value with so many decimals and no negative zero."""
+    text = f"{value:.{decimals}f}"
+    if float(text) == 0.0:
+        text = text.lstrip("-")
+    return text.replace("-", "−")
+
+
+def length_unit(values: Iterable[float]) -> tuple[float, str]:
+    """Factor from metres, and unit, that suit the typical one of `values` [m]."""
+    finite = [value for value in values if np.isfinite(value) and value > 0.0]
+    return (1e6, "µm") if not finite or np.median(finite) < 1e-3 else (1e3, "mm")
+
+
+def length(value: float, digits: int = 3) -> str:
+    """A small length [m] with its unit."""
+    if not np.isfinite(value):
+        return number(value)
+    factor, unit = length_unit([value])
+    return f"{number(factor * value, digits)} {unit}"
+
+
+def percent(share: float) -> str:
+    """A share of 1; efficiencies near 1 keep the digits that tell them from 1."""
+    if not np.isfinite(share):
+        return "–"
+    loss = 1.0 - share
+    decimals = 0 if loss > 0.1 else 1 if loss > 0.01 else 2
+    shown = min(100.0 * share, 100.0)
+    if loss > 0.0 and round(shown, decimals) == 100.0:
+        return "> 99.99 %" if decimals == 2 else f"{99.99:.{decimals}f} %"
+    return f"{fixed(shown, decimals)} %"
+
+
+def joint_value(value: float, prismatic: bool) -> str:
+    """A joint value [rad or m] in degrees or millimetres, without its unit."""
+    return fixed(1e3 * value, 2) if prismatic else fixed(float(np.degrees(value)), 3)
+
+
+def joint_unit(prismatic: bool) -> str:
+    """Unit of `joint_value`."""
+    return "mm" if prismatic else "°"
+
+
+def compliance_unit(prismatic: bool) -> tuple[float, str]:
+    """Factor from SI, and unit, in which a compliance is shown."""
+    return (1e9, "10⁻⁹ m/N") if prismatic else (1e9, "10⁻⁹ rad/(N·m)")
+
+
+def vector(values: Array, decimals: int = 0) -> str:
+    """Three components in brackets."""
+    return "[" + ", ".join(fixed(float(value), decimals) for value in values) + "]"
+
+
+def direction(values: Array) -> str:
+    """Where a vector points if it is along an axis of the base frame, else its components."""
+    largest = int(np.argmax(np.abs(values)))
+    rest = np.delete(values, largest)
+    if np.abs(rest).max() > 1e-6 * abs(values[largest]):
+        return ""
+    if largest == 2:
+        return "straight up" if values[2] > 0 else "straight down"
+    return f"along {'+' if values[largest] > 0 else '−'}{_AXES[largest]}"
