@@ -1,3 +1,58 @@
-"""elastocal: calibration experiments for the compliance of robot arms, planned with a proof."""
+"""elastocal: calibration experiments for the compliance of robot arms, planned with a proof.
+
+The public names, in the order of the work: get a robot and a study, look at it, plan, judge,
+compare, show. Modules are loaded when a name is first used, so that importing is instant.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
 
 __version__ = "0.1.0"
+
+_PUBLIC = {
+    "Joint": "elastocal.robot",
+    "Robot": "elastocal.robot",
+    "Tool": "elastocal.robot",
+    "load_robot": "elastocal.robots",
+    "from_dh": "elastocal.robots",
+    "DHRow": "elastocal.robots",
+    "LoadCases": "elastocal.load_case",
+    "joint_springs": "elastocal.elastostatics",
+    "regressor": "elastocal.elastostatics",
+    "deflection": "elastocal.elastostatics",
+    "cartesian_stiffness": "elastocal.elastostatics",
+    "FixedVector": "elastocal.loads",
+    "FreeDirection": "elastocal.loads",
+    "TestPose": "elastocal.study",
+    "test_pose": "elastocal.study",
+    "Experiments": "elastocal.study",
+    "Study": "elastocal.study",
+    "read_study": "elastocal.io.study_file",
+    "check": "elastocal.checkup",
+    "plan": "elastocal.planning",
+    "Plan": "elastocal.planning",
+    "Certificate": "elastocal.planning",
+    "lower_bound": "elastocal.planning",
+    "write_plan": "elastocal.io.plan_file",
+    "write_run_sheet": "elastocal.io.plan_file",
+    "read_proposal": "elastocal.io.plan_file",
+    "assess": "elastocal.assessment",
+    "evaluate": "elastocal.evaluation",
+    "random_plans": "elastocal.comparison",
+    "trade_off": "elastocal.comparison",
+    "html": "elastocal.report",
+}
+
+__all__ = list(_PUBLIC)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PUBLIC:
+        raise AttributeError(f"module 'elastocal' has no attribute {name!r}")
+    return getattr(import_module(_PUBLIC[name]), "load" if name == "load_robot" else name)
+
+
+def __dir__() -> list[str]:
+    return [*_PUBLIC, "__version__"]

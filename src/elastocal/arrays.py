@@ -12,6 +12,11 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 
+def unset() -> Array:
+    """The empty array that stands for "not given" in a frozen value."""
+    return frozen([])
+
+
 def frozen(values: ArrayLike, dtype: Any = np.float64) -> NDArray[Any]:
     """A read-only copy of `values`, so that a frozen dataclass is frozen all the way."""
     array = np.array(values, dtype=dtype)

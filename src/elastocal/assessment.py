@@ -74,7 +74,6 @@ def assess(study: Study, cases: LoadCases, repeats: IntArray) -> Assessment:
     Source: paper eqs. (13), (20); prior information and several test poses are ours.
     """
     informations = load_case_information(study, cases)
-    assert study.prior is not None
     total = study.prior + np.einsum("i,ijk->jk", repeats.astype(float), informations)
     regular = weakest(total) > 1e-12
     covariance = scaled_inverse(total[None])[0] if regular else np.full_like(total, np.inf)
@@ -136,7 +135,7 @@ def _load_violations(what: str, unit: str, load: Load, vectors: Array) -> list[s
     """Sentences for loads that the study does not allow."""
     found = []
     room = load.margin(vectors) / max(load.size, 1.0)
-    for i in np.flatnonzero(room < -TOLERANCE):
+    for i in np.flatnonzero(room < -TOLERANCE).tolist():
         shown = "[" + ", ".join(f"{value:.6g}" for value in vectors[i]) + f"] {unit}"
         if isinstance(load, FixedVector):
             wanted = "[" + ", ".join(f"{value:.6g}" for value in load.value) + f"] {unit}"
@@ -152,8 +151,7 @@ def _load_violations(what: str, unit: str, load: Load, vectors: Array) -> list[s
             margin = float(load.cone(vectors[i][:, None])[0][0])
             if margin < -TOLERANCE:
                 found.append(
-                    f"load case {i + 1} has a {what} outside the cone by "
-                    f"{describe(-margin, 'rad')}"
+                    f"load case {i + 1} has a {what} outside the cone by {describe(-margin, 'rad')}"
                 )
     return found
 

@@ -39,7 +39,6 @@ def check(study: Study, *, seed: int = 0) -> Checkup:
     """Look at a study without planning it."""
     rng = np.random.default_rng(seed)
     space, experiments = study.space, study.experiments
-    assert study.limits is not None and study.prior is not None
     q = rng.uniform(study.limits[0], study.limits[1], (4000, len(study.robot.joints)))
     posture = Posture(study.robot, q)
     reach = float(np.linalg.norm(posture.point(experiments.tool.load_point), axis=0).max())
@@ -67,31 +66,42 @@ def _remarks(study: Study, reach: float) -> tuple[str, ...]:
                 f"tool {tool.name!r} is no larger than {1e3 * size:g} mm: were metres meant?"
             )
         if size > max(reach, 1.0):
-            found.append(f"tool {tool.name!r} reaches {size:.4g} m from the flange, which is "
-                         "larger than the arm")
+            found.append(
+                f"tool {tool.name!r} reaches {size:.4g} m from the flange, which is "
+                "larger than the arm"
+            )
     for pose in study.test_poses:
         if pose.case is None:
             continue
         turning = pose.case.q[0][~study.robot.prismatic]
         if turning.any() and np.abs(np.degrees(turning)).max() < 6.3:
-            found.append(f"all angles of test pose {pose.name!r} are below 6.3°: were radians meant?")
+            found.append(
+                f"all angles of test pose {pose.name!r} are below 6.3°: were radians meant?"
+            )
         force = float(np.linalg.norm(pose.case.wrench[0, :3]))
         if 0.0 < force < 1.0:
-            found.append(f"the force at test pose {pose.name!r} is only {force:g} N: "
-                         "were kilonewtons meant?")
+            found.append(
+                f"the force at test pose {pose.name!r} is only {force:g} N: were kilonewtons meant?"
+            )
     if study.sigma > 1e-3:
-        found.append(f"sigma is {1e3 * study.sigma:g} mm per coordinate: "
-                     "were micrometres meant? A laser tracker has about 0.03 mm")
+        found.append(
+            f"sigma is {1e3 * study.sigma:g} mm per coordinate: "
+            "were micrometres meant? A laser tracker has about 0.03 mm"
+        )
     if 0.0 < study.experiments.force.size < 1.0:
-        found.append(f"the calibration force is only {study.experiments.force.size:g} N: were "
-                     "kilonewtons meant?")
+        found.append(
+            f"the calibration force is only {study.experiments.force.size:g} N: were "
+            "kilonewtons meant?"
+        )
     names = study.robot.joint_names
     involved = np.abs(np.concatenate([p.regressor for p in study.test_poses])).sum(axis=0) > 0.0
     idle = [n for n, used in zip(study.springs.names, involved, strict=True) if not used]
     if idle:
-        found.append(f"{', '.join(idle)}: no test pose is deflected through "
-                     f"{'this joint' if len(idle) == 1 else 'these joints'}, so the plan spends "
-                     "no effort there that it can avoid")
+        found.append(
+            f"{', '.join(idle)}: no test pose is deflected through "
+            f"{'this joint' if len(idle) == 1 else 'these joints'}, so the plan spends "
+            "no effort there that it can avoid"
+        )
     left_out = [name for name in names if name not in study.springs.names]
     if left_out:
         found.append(f"{', '.join(left_out)}: taken as rigid, not identified by this study")

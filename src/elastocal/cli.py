@@ -126,7 +126,9 @@ def plan(
     max_configurations: Annotated[
         int | None, typer.Option(help="Most distinct configurations, instead of the study's.")
     ] = None,
-    criterion: Annotated[str | None, typer.Option(help="Criterion, instead of the study's.")] = None,
+    criterion: Annotated[
+        str | None, typer.Option(help="Criterion, instead of the study's.")
+    ] = None,
     seed: Seed = 0,
     as_json: Json = False,
 ) -> None:
@@ -174,7 +176,7 @@ def evaluate(
         proposal = read_proposal(path, what)
         name = path.name if path.name not in results else str(path)
         m = int(proposal.repeats.sum())
-        key = m if what.prior is not None and what.prior.any() else 0
+        key = m if what.prior.any() else 0
         if key not in bounds:
             bounds[key] = _bound(what, m, seed)
         result = judge(what, proposal.load_cases, proposal.repeats, proposal.claims, bounds[key])
@@ -231,10 +233,10 @@ def report(
     seed: Seed = 0,
 ) -> None:
     """Show a plan as a page that works offline."""
+    from elastocal.assessment import assess
     from elastocal.io.plan_file import read_proposal, study_text
     from elastocal.io.study_file import parse_study
     from elastocal.planning import Plan, certificate
-    from elastocal.assessment import assess
 
     _writable(out)
     text = study_text(plan_file) if study is None else None
@@ -261,9 +263,7 @@ def report(
     _write_report(shown, out, others, quick, seed)
 
 
-def _write_report(
-    shown: Plan, out: Path, others: dict[str, Any], quick: bool, seed: int
-) -> None:
+def _write_report(shown: Plan, out: Path, others: dict[str, Any], quick: bool, seed: int) -> None:
     from elastocal.comparison import random_plans, trade_off
     from elastocal.io.files import write_text
     from elastocal.report import html

@@ -105,7 +105,6 @@ def random_plans(study: Study, number: int, *, seed: int = 0) -> Array:
     space, m = study.space, study.experiments.count
     blocks = information(space.evaluate(space.sample(number * m, rng)).blocks)
     p = len(study.springs)
-    assert study.prior is not None
     totals = study.prior + blocks.reshape(number, m, p, p).sum(axis=1)
     with np.errstate(divide="ignore"):
         return np.asarray(1.0 / np.sqrt(mean_test_pose(study).value(totals)))

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.arrays import Array, BoolArray, IntArray, frozen
+from elastocal.errors import InputError
 from elastocal.load_case import LoadCases
 from elastocal.posture import Posture, cross, dot
 from elastocal.robot import Robot, Tool
@@ -70,6 +71,77 @@ def joint_springs(robot: Robot, names: Sequence[str] | None = None) -> VirtualJo
         prismatic=robot.prismatic[wanted],
         joint=np.array(wanted),
     )
+
+
+def regressor(
+    robot: Robot,
+    springs: VirtualJoints,
+    tool: Tool,
+    cases: LoadCases,
+    *,
+    rotation: bool = False,
+) -> Array:
+    """Regressor A of the linear model: deflection = A · compliance.
+
+    Args:
+        robot: The robot.
+        springs: p virtual joints.
+        tool: Tool with load point and K markers.
+        cases: N load cases.
+        rotation: Append the three rotation rows of the flange.
+
+    Returns:
+        (N, 3K or 3K + 3, p): position rows of each marker [N·m² for angular springs], then
+        rotation rows [N·m].
+
+    Source: paper eqs. (4), (7), (8); several markers are ours.
+    """
+    posture = Posture(robot, cases.q)
+    rows = Regressor(posture, springs, tool, cases.wrench, rotation=rotation).rows
+    return np.ascontiguousarray(rows.transpose(2, 0, 1))
+
+
+def deflection(
+    robot: Robot, springs: VirtualJoints, compliance: Array, tool: Tool, cases: LoadCases
+) -> Array:
+    """(N, 3K + 3) displacement of K markers [m] and rotation of the flange [rad] under load.
+
+    `compliance` is (p,) [rad/(N·m), or m/N for linear springs].
+
+    Source: paper eq. (2).
+    """
+    return np.asarray(regressor(robot, springs, tool, cases, rotation=True) @ compliance)
+
+
+def cartesian_stiffness(robot: Robot, compliance: Array, q: Array, point: Array) -> Array:
+    """(N, 6, 6) Cartesian stiffness K_C = J⁻ᵀ K_θ J⁻¹ at a point of the flange.
+
+    Computed as the inverse of the Cartesian compliance J k_θ Jᵀ, so that any number of joints
+    will do.
+
+    Args:
+        robot: Robot with n joints.
+        compliance: (n,) compliance of every joint, all positive [rad/(N·m) or m/N].
+        q: (N, n) configurations [rad or m].
+        point: (3,) point in the flange frame [m].
+
+    Raises:
+        InputError: the compliance is singular, as at a singular configuration or with n < 6.
+
+    Source: paper eq. (1), where K stands for K_θ and K_E for K_C.
+    """
+    jacobian = robot.jacobian(q, point)
+    compliances = jacobian * compliance @ jacobian.transpose(0, 2, 1)
+    # Metres and radians differ in size: judge the rank on rows of equal length.
+    scale = 1.0 / np.sqrt(np.maximum(np.diagonal(compliances, axis1=1, axis2=2), 1e-300))
+    smallest = np.linalg.eigvalsh(compliances * scale[:, :, None] * scale[:, None, :])[:, 0]
+    singular = np.flatnonzero(smallest < 1e-12)
+    if len(singular):
+        raise InputError(
+            f"the Cartesian stiffness is infinite in some direction in configuration "
+            f"{singular[0] + 1}: the joints cannot move the tool in all six directions there"
+        )
+    return np.asarray(np.linalg.inv(compliances), dtype=float)
 
 
 class Regressor:
@@ -174,7 +246,9 @@ class Regressor:
             if slides.any():
                 pull[:, slides] = force[:, slides]
             pulled = pull if pulled is None else pulled + pull
-        assert turned is not None and pulled is not None and axis_bar is not None
+        assert turned is not None
+        assert pulled is not None
+        assert axis_bar is not None
         turned += cross(self.axes, axis_bar)
         before = _sums_before(turned)
         beyond = before[:, -1:] - before[:, carried]

@@ -64,9 +64,7 @@ def check_count(
     blocks = information(space.evaluate(space.sample(40 * p, rng)).blocks)
     needed = p
     for size in range(0, p + 1):
-        totals = [
-            prior + blocks[rng.integers(0, len(blocks), size)].sum(axis=0) for _ in range(20)
-        ]
+        totals = [prior + blocks[rng.integers(0, len(blocks), size)].sum(axis=0) for _ in range(20)]
         if any(not unidentifiable(space.springs.names, total) for total in totals):
             needed = max(size, 1)
             break

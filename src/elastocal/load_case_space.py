@@ -78,16 +78,22 @@ class LoadCaseSpace:
     def points(self, cases: LoadCases) -> Array:
         """(N, d) design points of load cases whose free loads have the largest norm."""
         parts = [cases.q]
-        for load, vectors in ((self.force, cases.wrench[:, :3]), (self.moment, cases.wrench[:, 3:])):
+        for load, vectors in (
+            (self.force, cases.wrench[:, :3]),
+            (self.moment, cases.wrench[:, 3:]),
+        ):
             if load.variables:
-                parts.append(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
+                norm = np.linalg.norm(vectors, axis=1, keepdims=True)
+                parts.append(np.where(norm > 0.0, vectors / np.where(norm > 0.0, norm, 1.0), 0.5))
         return np.hstack(parts)
 
     def canonical(self, x: Array) -> Array:
         """The same design points with direction variables of norm 1."""
         x, n = x.copy(), len(self.robot.joints)
         for start in range(n, n + self._free, 3):
-            x[:, start : start + 3] /= np.linalg.norm(x[:, start : start + 3], axis=1, keepdims=True)
+            x[:, start : start + 3] /= np.linalg.norm(
+                x[:, start : start + 3], axis=1, keepdims=True
+            )
         return x
 
     def sample(self, count: int, rng: np.random.Generator) -> Array:
@@ -149,9 +155,7 @@ class LoadCaseSpace:
     def _wrench(self, x: Array) -> Array:
         """(6, N) wrenches of design points (N, d)."""
         n, k = len(self.robot.joints), self.force.variables
-        return np.concatenate(
-            [self.force.decode(x.T[n : n + k]), self.moment.decode(x.T[n + k :])]
-        )
+        return np.concatenate([self.force.decode(x.T[n : n + k]), self.moment.decode(x.T[n + k :])])
 
 
 _ENOUGH_TRIED = 10_000  # random points before rejection is given up ...

@@ -16,6 +16,7 @@ from elastocal.criteria import criterion_of
 from elastocal.design.continuous import ContinuousDesign, continuous_design
 from elastocal.design.criterion import Criterion, InformationFunction, weakest
 from elastocal.design.exact import Effort, exact_design
+from elastocal.design.oracle import climb
 from elastocal.design.space import information
 from elastocal.design.worst import floored
 from elastocal.identifiability import check_count, check_identifiable
@@ -114,7 +115,6 @@ def plan(
     """
     rng = np.random.default_rng(seed)
     space, m = study.space, study.experiments.count
-    assert study.prior is not None
     distinct = min(m, study.experiments.max_configurations or m)
     check_identifiable(space, study.prior, rng)
     check_count(space, study.prior, m, distinct, rng)
@@ -131,6 +131,7 @@ def plan(
         effort=effort,
         progress=lambda what, share: tell(what, 0.4 + 0.6 * share),
     )
+    bound = confirmed(study, bound, design.x, rng)
     cases, free = simplify(study, space.load_cases(design.x))
     tell("exact plan", 1.0)
     return Plan(
@@ -155,7 +156,6 @@ def simplify(study: Study, cases: LoadCases) -> tuple[LoadCases, tuple[str, ...]
         The load cases, and the names of the joints that are free.
     """
     robot, q = study.robot, np.array(cases.q)
-    assert study.limits is not None
     lower, upper = study.limits
     for j, joint in enumerate(robot.joints):
         if not joint.prismatic:
@@ -207,13 +207,23 @@ class Bound:
 
 
 def lower_bound(
-    study: Study, rng: np.random.Generator, *, progress: Progress | None = None
+    study: Study,
+    rng: np.random.Generator,
+    *,
+    known: Array | None = None,
+    progress: Progress | None = None,
 ) -> Bound:
-    """Bound on every plan with as many experiments as the study has."""
+    """Bound on every plan with as many experiments as the study has.
+
+    Args:
+        study: The study.
+        rng: Source of candidates and fresh starts.
+        known: (K, d) feasible design points to begin with.
+        progress: Told the gap as it closes.
+    """
     criterion = criterion_of(study)
     if not isinstance(criterion, InformationFunction):
         return Bound(criterion, criterion, None)
-    assert study.prior is not None
     base = study.prior / study.experiments.count
     space = study.space
     gaps: list[float] = []
@@ -224,15 +234,31 @@ def lower_bound(
             closed = -np.log10(max(min(gaps), 1e-6)) / 6.0
             progress(f"{what}, gap {gap:.0e}", 0.4 * float(np.clip(closed, 0.0, 1.0)))
 
-    design = continuous_design(space, criterion, rng, base=base, progress=tell)
+    design = continuous_design(space, criterion, rng, base=base, known=known, progress=tell)
     if design.converged and weakest(design.total) > SINGULAR:
         return Bound(criterion, criterion, design)
     blocks = information(space.evaluate(space.sample(500, rng)).blocks)
     target = floored(criterion, base + blocks.mean(axis=0), FLOOR)
     design = continuous_design(
-        space, target, rng, certified=criterion, base=base, progress=tell
+        space, target, rng, certified=criterion, base=base, known=known, progress=tell
     )
     return Bound(criterion, target, design)
+
+
+def confirmed(study: Study, bound: Bound, x: Array, rng: np.random.Generator) -> Bound:
+    """The bound, after climbing from the points `x` of a plan has failed to refute it.
+
+    If it is refuted, a new one is computed that knows where the climb ended.
+    """
+    for _ in range(3):
+        if bound.design is None:
+            return bound
+        dual = bound.design.certificate
+        found, s = climb(study.space, x, dual.gradient, iterations=150)
+        if s.max() <= dual.largest * (1.0 + 5e-6):
+            break
+        bound = lower_bound(study, rng, known=found[s > 0.0])
+    return bound
 
 
 def certificate(study: Study, bound: Bound, cases: LoadCases, repeats: IntArray) -> Certificate:
@@ -243,9 +269,7 @@ def certificate(study: Study, bound: Bound, cases: LoadCases, repeats: IntArray)
     information_matrix = assess(study, cases, repeats).information
     value = float(bound.criterion.value(information_matrix[None])[0])
     dual = design.certificate
-    level = float(
-        np.einsum("i,ijk,jk->", design.weights, design.informations, dual.gradient)
-    )
+    level = float(np.einsum("i,ijk,jk->", design.weights, design.informations, dual.gradient))
     return Certificate(
         criterion=study.criterion,
         kind="numerical",

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from elastocal.arrays import Array, BoolArray, frozen
+from elastocal.arrays import Array, BoolArray, frozen, unset
 from elastocal.errors import InputError
 
 
@@ -43,7 +43,9 @@ class Joint:
             raise InputError(f"joint {self.name!r}: its transform must be a finite 4x4 matrix")
         length = float(np.linalg.norm(axis)) if axis.shape == (3,) else 0.0
         if not (np.isfinite(length) and length > 0.0):
-            raise InputError(f"joint {self.name!r}: its axis must be a non-zero vector of 3 numbers")
+            raise InputError(
+                f"joint {self.name!r}: its axis must be a non-zero vector [x, y, z]"
+            )
         if not self.lower < self.upper:
             raise InputError(
                 f"joint {self.name!r}: the lower limit {self.lower:g} must be below the upper limit "
@@ -62,17 +64,17 @@ class Tool:
         load_point: (3,) point where the wrench acts.
         markers: (K, 3) points whose deflection is measured or asked for.
         marker_names: K names.
-        tcp: (3,) point whose accuracy matters in a test pose; the load point if None.
+        tcp: (3,) point whose accuracy matters in a test pose; the load point if not given.
     """
 
     name: str
     load_point: Array
     markers: Array
     marker_names: tuple[str, ...]
-    tcp: Array | None = None
+    tcp: Array = field(default_factory=unset)
 
     def __post_init__(self) -> None:
-        tcp = self.load_point if self.tcp is None else self.tcp
+        tcp = self.tcp if np.size(self.tcp) else self.load_point
         object.__setattr__(self, "tcp", frozen(np.reshape(tcp, 3)))
         object.__setattr__(self, "load_point", frozen(np.reshape(self.load_point, 3)))
         object.__setattr__(self, "markers", frozen(np.reshape(self.markers, (-1, 3))))

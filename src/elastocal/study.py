@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from elastocal.arrays import Array, frozen
+from elastocal.arrays import Array, frozen, unset
 from elastocal.constraints import Constraint, JointLimit
 from elastocal.elastostatics import Regressor, VirtualJoints, joint_springs
 from elastocal.errors import InputError
@@ -101,9 +101,9 @@ class Study:
         experiments: What is done.
         sigma: Standard deviation of one measured coordinate [m].
         constraints: Constraints on configurations besides the joint limits.
-        limits: (2, n) lower and upper joint values allowed [rad or m].
+        limits: (2, n) lower and upper joint values allowed [rad or m]; the robot's if not given.
         criterion: Name of the criterion to plan for; see `criteria.CRITERIA`.
-        prior: (p, p) information there is already [(N·m/rad)²].
+        prior: (p, p) information there is already [(N·m/rad)²]; none if not given.
         name: What the user calls it.
         text: The study file as written, empty if there is none.
     """
@@ -114,19 +114,19 @@ class Study:
     experiments: Experiments
     sigma: float
     constraints: tuple[Constraint, ...] = ()
-    limits: Array | None = None
+    limits: Array = field(default_factory=unset)
     criterion: str = "test-pose"
-    prior: Array | None = None
+    prior: Array = field(default_factory=unset)
     name: str = "study"
     text: str = ""
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.sigma) and self.sigma > 0.0):
             raise InputError(f"sigma must be a positive length, found {self.sigma}")
-        limits = [self.robot.lower, self.robot.upper] if self.limits is None else self.limits
+        limits = self.limits if self.limits.size else [self.robot.lower, self.robot.upper]
         object.__setattr__(self, "limits", frozen(_finite_limits(self.robot, np.array(limits))))
         p = len(self.springs)
-        prior = np.zeros((p, p)) if self.prior is None else self.prior
+        prior = self.prior if self.prior.size else np.zeros((p, p))
         object.__setattr__(self, "prior", frozen(prior))
 
     @property
@@ -134,15 +134,20 @@ class Study:
         """The load cases to choose from."""
         e = self.experiments
         return LoadCaseSpace(
-            self.robot, self.springs, e.tool, e.force, e.moment, self.constraints, self.sigma,
-            np.asarray(self.limits),
+            self.robot,
+            self.springs,
+            e.tool,
+            e.force,
+            e.moment,
+            self.constraints,
+            self.sigma,
+            self.limits,
         )
 
     @property
     def joint_limits(self) -> tuple[Constraint, ...]:
         """The joint limits as constraints, two per joint."""
         constraints = []
-        assert self.limits is not None
         for i, joint in enumerate(self.robot.joints):
             unit, scale, shown = ("m", 1e3, "mm") if joint.prismatic else ("rad", 180 / np.pi, "°")
             for bound, upper, sign in (

@@ -49,8 +49,10 @@ def show_plan(plan: Plan) -> None:
     if plan.free_joints:
         out.print(f"{', '.join(plan.free_joints)}: free, set as the cell requires.")
     out.print(_errors(plan.study, {"standard error": worth.standard_error}))
-    out.print(f"ρ0 = [bold]{micrometres(worth.rho0)}[/bold]: root mean square position error "
-              "after compensation at the test poses")
+    out.print(
+        f"ρ0 = [bold]{micrometres(worth.rho0)}[/bold]: root mean square position error "
+        "after compensation at the test poses"
+    )
     out.print(Text(certificate_sentence(plan.certificate, plan.count)))
 
 
@@ -98,7 +100,9 @@ def _vector(vector: Array) -> str:
 def _errors(study: Study, columns: dict[str, Array]) -> Table:
     from elastocal.io.plan_file import spring_unit
 
-    table = Table(title="Standard errors of the compliances", title_justify="left", box=box.SIMPLE_HEAD)
+    table = Table(
+        title="Standard errors of the compliances", title_justify="left", box=box.SIMPLE_HEAD
+    )
     table.add_column("joint")
     for name in columns:
         table.add_column(name, justify="right")
@@ -113,8 +117,9 @@ def certificate_sentence(certificate: Certificate, count: int) -> str:
     """What the certificate says, in words."""
     c = certificate
     if c.kind == "none":
-        return (f"No certificate: {c.criterion} is not concave, so no bound on the best plan is "
-                "known.")
+        return (
+            f"No certificate: {c.criterion} is not concave, so no bound on the best plan is known."
+        )
     what = {"test-pose": "ρ0", "worst": "worst ρ0", "G": "worst coordinate"}.get(c.criterion)
     bound = f"{what} below {micrometres(c.lower_bound)}" if what else "a better value"
     share = 100.0 * (1.0 - np.sqrt(max(c.efficiency, 0.0)))
@@ -138,12 +143,13 @@ def certificate_sentence(certificate: Certificate, count: int) -> str:
 def show_check(study: Study, found: Checkup) -> None:
     """What the study means."""
     robot, e = study.robot, study.experiments
-    out.print(f"[bold]{_escape(study.name)}[/bold]: robot {_escape(robot.name)}, "
-              f"{len(robot.joints)} joints")
+    out.print(
+        f"[bold]{_escape(study.name)}[/bold]: robot {_escape(robot.name)}, "
+        f"{len(robot.joints)} joints"
+    )
     table = Table(title="Joints", title_justify="left", box=box.SIMPLE_HEAD)
     for column in ("joint", "moves", "planned between", "compliance"):
         table.add_column(column)
-    assert study.limits is not None
     for j, joint in enumerate(robot.joints):
         unit, scale = ("mm", 1e3) if joint.prismatic else ("°", 180.0 / np.pi)
         room = f"{scale * study.limits[0, j]:.6g} … {scale * study.limits[1, j]:.6g} {unit}"
@@ -154,17 +160,25 @@ def show_check(study: Study, found: Checkup) -> None:
         f"{name} {_vector(1e3 * point)} mm"
         for name, point in zip(e.tool.marker_names, e.tool.markers, strict=True)
     )
-    out.print(Text(f"Calibration tool {e.tool.name!r}: load at {_vector(1e3 * e.tool.load_point)} "
-                   f"mm of the flange, measured: {points}"))
+    out.print(
+        Text(
+            f"Calibration tool {e.tool.name!r}: load at {_vector(1e3 * e.tool.load_point)} "
+            f"mm of the flange, measured: {points}"
+        )
+    )
     out.print(Text(f"Load: {_load(e.force, 'N')}; torque: {_load(e.moment, 'N·m')}; base frame"))
     for pose in study.test_poses:
         out.print(Text(f"Test pose {pose.name!r} (weight {pose.weight:g}): {_pose(study, pose)}"))
     least = f", at most {e.max_configurations} configurations" if e.max_configurations else ""
-    out.print(f"{e.count} experiments{least}; criterion {study.criterion}; "
-              f"σ = {1e3 * study.sigma:g} mm per coordinate")
-    out.print(f"The load point reaches {found.reach:.3f} m from the base; "
-              f"{100 * found.feasible_share:.3g} % of random configurations are feasible"
-              + (f", most are refused by: {_escape(found.bottleneck)}" if found.bottleneck else ""))
+    out.print(
+        f"{e.count} experiments{least}; criterion {study.criterion}; "
+        f"σ = {1e3 * study.sigma:g} mm per coordinate"
+    )
+    out.print(
+        f"The load point reaches {found.reach:.3f} m from the base; "
+        f"{100 * found.feasible_share:.3g} % of random configurations are feasible"
+        + (f", most are refused by: {_escape(found.bottleneck)}" if found.bottleneck else "")
+    )
     for remark in found.remarks:
         out.print(Text(f"Note: {remark}.", style="yellow"))
     if found.problem is None:
@@ -188,14 +202,18 @@ def _pose(study: Study, pose: Any) -> str:
         return "given as a matrix"
     scale = np.where(study.robot.prismatic, 1e3, 180.0 / np.pi)
     values = " ".join(f"{v + 0.0:.1f}" for v in scale * pose.case.q[0])
-    return f"q = {values}, force {_vector(pose.case.wrench[0, :3])} N at the TCP of {pose.tool.name!r}"
+    return (
+        f"q = {values}, force {_vector(pose.case.wrench[0, :3])} N at the TCP of {pose.tool.name!r}"
+    )
 
 
 def show_evaluations(
     study: Study, results: dict[str, tuple[int, int, Evaluation]], random: Array | None
 ) -> None:
     """Plans side by side: name → (experiments, configurations, evaluation)."""
-    table = Table(title=f"Plans under study {study.name!r}", title_justify="left", box=box.SIMPLE_HEAD)
+    table = Table(
+        title=f"Plans under study {study.name!r}", title_justify="left", box=box.SIMPLE_HEAD
+    )
     for column in ("plan", "m", "configs", "ρ0", "bound", "efficiency", "verdict"):
         table.add_column(column, justify="left" if column in ("plan", "verdict") else "right")
     for name, (count, configurations, result) in results.items():
@@ -204,8 +222,13 @@ def show_evaluations(
         bound = micrometres(proof.lower_bound) if known and study.criterion == "test-pose" else "–"
         verdict = Text("holds", "green") if result.accepted else Text("refused", "bold red")
         table.add_row(
-            Text(name), str(count), str(configurations), micrometres(result.assessment.rho0), bound,
-            f"{proof.efficiency:.4f}" if known else "–", verdict,
+            Text(name),
+            str(count),
+            str(configurations),
+            micrometres(result.assessment.rho0),
+            bound,
+            f"{proof.efficiency:.4f}" if known else "–",
+            verdict,
         )
     out.print(table)
     errors = {name: result.assessment.standard_error for name, (_, _, result) in results.items()}
@@ -223,8 +246,12 @@ def show_evaluations(
         for name, (_, _, result) in results.items():
             better = float((random < result.assessment.rho0).mean())
             factor = middle / result.assessment.rho0
-            out.print(Text(f"{name}: {factor:.2f}× better than the random median, "
-                           f"{100 * better:.3g} % of random plans are better"))
+            out.print(
+                Text(
+                    f"{name}: {factor:.2f}× better than the random median, "
+                    f"{100 * better:.3g} % of random plans are better"
+                )
+            )
 
 
 def micrometres(length: float) -> str:

@@ -14,8 +14,8 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.design.approximate import optimal_weights
-from elastocal.design.criterion import InformationFunction, weakest
 from elastocal.design.certificate import DualBound, dual_bound
+from elastocal.design.criterion import InformationFunction, weakest
 from elastocal.design.oracle import climb, square_root
 from elastocal.design.space import DesignSpace, information
 
@@ -52,6 +52,7 @@ def continuous_design(
     *,
     certified: InformationFunction | None = None,
     base: Array | None = None,
+    known: Array | None = None,
     candidates: int = 2000,
     starts: int = 30,
     fresh: int = 300,
@@ -67,6 +68,7 @@ def continuous_design(
         rng: Source of the candidates and of the fresh starts.
         certified: Criterion to bound, if not `criterion` itself.
         base: (p, p) information there is anyway, per unit of weight.
+        known: (K, d) feasible points worth having among the candidates.
         candidates: Random feasible points to begin with.
         starts: Ascents per round.
         fresh: Random starts that must fail to refute the bound before it is issued: bounds
@@ -78,6 +80,8 @@ def continuous_design(
     base = np.zeros((space.parameters,) * 2) if base is None else base
     smooth = criterion.smooth
     pool = space.sample(candidates, rng)
+    if known is not None:
+        pool = np.concatenate([known, pool])
     pool_informations = information(space.evaluate(pool).blocks)
     flat_pool = pool_informations.reshape(len(pool), -1)
     chosen = optimal_weights(smooth, pool_informations, base, tolerance=1e-2)
@@ -137,7 +141,8 @@ def _distinct(
     kept: list[int] = []
     for i in range(len(order)):
         near = [
-            j for j in kept
+            j
+            for j in kept
             if np.linalg.norm(features[i] - features[j]) < 1e-3 * np.linalg.norm(features[j])
         ]
         if not near:
@@ -145,5 +150,3 @@ def _distinct(
         if len(kept) == most:
             break
     return x[order[kept]]
-
-

@@ -242,8 +242,7 @@ class _Breeder:
         value = np.concatenate(
             [
                 self.criterion.value(
-                    self.base
-                    + np.einsum("ts,tsij->tij", counts[b], self.informations[index[b]])
+                    self.base + np.einsum("ts,tsij->tij", counts[b], self.informations[index[b]])
                 )
                 for b in range(batch)
             ]

@@ -2,8 +2,9 @@
 
 B independent problems of D variables advance together, one evaluation of the whole batch per
 iteration: at these sizes a loop over single problems spends its time in overhead. Bounds by
-projection, other constraints by an augmented Lagrangian of constant penalty, curvature by dense
-BFGS. Raising the penalty makes the problems stiff and was measured to halve the yield.
+projection, other constraints by an augmented Lagrangian, curvature by dense BFGS. The penalty of
+a constraint is raised only while it stays broken: raising all of them makes every problem stiff
+and was measured to halve the yield, raising none misses optima in thin feasible sets.
 
 Source: Nocedal & Wright, Numerical Optimization, ch. 6 and 17; the lockstep form is ours.
 """
@@ -77,6 +78,12 @@ def minimise(
     return result
 
 
+_BATCHED = (
+    "index", "x", "multipliers", "penalty", "broken", "value", "margins", "merit", "gradient",
+    "inverse", "fresh", "checkpoint", "direction", "length",
+)  # fmt: skip
+
+
 class _State:
     """The running batch: points, multipliers, inverse Hessians, line-search steps."""
 
@@ -89,11 +96,15 @@ class _State:
         self.x = x
         step = problem(x, self.index)
         self.multipliers = np.zeros_like(step.margins)
+        self.penalty = np.full_like(step.margins, PENALTY)
+        self.broken = np.maximum(0.0, -step.margins)
         self.value, self.margins = step.value, step.margins
         self.merit, self.gradient = self._merit(step)
         self.inverse = np.tile(np.eye(self.size), (batch, 1, 1))
         self.fresh = np.ones(batch, dtype=bool)
         self.checkpoint = self.value.copy()
+        self.direction = np.zeros_like(x)
+        self.length = np.ones(batch)
         self._aim(np.ones(batch, dtype=bool))
 
     def snapshot(self) -> Minimum:
@@ -105,17 +116,12 @@ class _State:
         result.violation[self.index] = self._violation()
 
     def keep(self, mask: BoolArray) -> None:
-        for name in (
-            "index x multipliers value margins merit gradient inverse fresh checkpoint "
-            "direction length"
-        ).split():
+        for name in _BATCHED:
             setattr(self, name, getattr(self, name)[mask])
 
     def advance(self) -> None:
         """One evaluation: accept where the merit falls enough, shorten the step elsewhere."""
-        trial = np.clip(
-            self.x + self.length[:, None] * self.direction, self.lower, self.upper
-        )
+        trial = np.clip(self.x + self.length[:, None] * self.direction, self.lower, self.upper)
         moved = trial - self.x
         step = self.problem(trial, self.index)
         merit, gradient = self._merit(step)
@@ -140,7 +146,11 @@ class _State:
 
     def update_multipliers(self, tolerance: float) -> BoolArray:
         """Move the multipliers; say which problems have come to rest."""
-        self.multipliers = np.maximum(0.0, self.multipliers - PENALTY * self.margins)
+        self.multipliers = np.maximum(0.0, self.multipliers - self.penalty * self.margins)
+        broken = np.maximum(0.0, -self.margins)
+        stubborn = (broken > 1e-4) & (broken > 0.5 * self.broken)
+        self.penalty = np.where(stubborn, np.minimum(5.0 * self.penalty, 1e4), self.penalty)
+        self.broken = broken
         gain = self.checkpoint - self.value
         done = (np.abs(gain) < tolerance) & (self._violation() < np.sqrt(tolerance))
         self.checkpoint = self.value.copy()
@@ -151,8 +161,8 @@ class _State:
         return done
 
     def _merit(self, step: Step) -> tuple[Array, Array]:
-        shifted = np.maximum(0.0, self.multipliers - PENALTY * step.margins)
-        penalty = (shifted**2 - self.multipliers**2).sum(axis=1) / (2.0 * PENALTY)
+        shifted = np.maximum(0.0, self.multipliers - self.penalty * step.margins)
+        penalty = ((shifted**2 - self.multipliers**2) / (2.0 * self.penalty)).sum(axis=1)
         return step.value + penalty, step.pull(shifted)
 
     def _violation(self) -> Array:
@@ -189,8 +199,5 @@ class _State:
         limit = np.where(self.fresh, 0.2 * self.reach, self.reach)
         scale = np.where(self.fresh | (longest > limit), limit / np.maximum(longest, 1e-300), 1.0)
         direction = direction * np.minimum(scale, 1e6)[:, None]
-        if not hasattr(self, "direction"):
-            self.direction, self.length = direction, np.ones(len(self.x))
-        else:
-            self.direction = np.where(which[:, None], direction, self.direction)
-            self.length = np.where(which, 1.0, self.length)
+        self.direction = np.where(which[:, None], direction, self.direction)
+        self.length = np.where(which, 1.0, self.length)

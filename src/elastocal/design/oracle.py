@@ -34,13 +34,9 @@ def climb(space: DesignSpace, x: Array, gradient: Array, *, iterations: int) -> 
         image = blocks.reshape(n * r, p) @ root
         value = -(image**2).reshape(n, -1).sum(axis=1) / level
         cotangent = (image @ (root.T * (-2.0 / level))).reshape(n, r, p)
-        return Step(
-            value, evaluation.margins, lambda weights: evaluation.pull(cotangent, -weights)
-        )
+        return Step(value, evaluation.margins, lambda weights: evaluation.pull(cotangent, -weights))
 
-    found = minimise(
-        problem, x, space.lower, space.upper, iterations=iterations, tolerance=1e-9
-    )
+    found = minimise(problem, x, space.lower, space.upper, iterations=iterations, tolerance=1e-9)
     feasible = restore(space, found.x)
     return feasible, sensitivity(space, feasible, root)
 

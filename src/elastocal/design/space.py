@@ -30,17 +30,19 @@ class Evaluation(Protocol):
 
 
 class DesignSpace(Protocol):
-    """Where experiments can be chosen from.
+    """Where experiments can be chosen from."""
 
-    Attributes:
-        parameters: Number p of unknowns.
-        lower: (d,) lower bounds of the design variables.
-        upper: (d,) upper bounds.
-    """
+    @property
+    def parameters(self) -> int:
+        """Number p of unknowns."""
 
-    parameters: int
-    lower: Array
-    upper: Array
+    @property
+    def lower(self) -> Array:
+        """(d,) lower bounds of the design variables."""
+
+    @property
+    def upper(self) -> Array:
+        """(d,) upper bounds of the design variables."""
 
     def sample(self, count: int, rng: np.random.Generator) -> Array:
         """(count, d) random feasible points, covering the whole feasible set."""

@@ -7,7 +7,7 @@ import numpy as np
 from elastocal.arrays import Array
 from elastocal.constraints import Constraint, Elevation, HalfSpace, MinRadius, Tilt
 from elastocal.errors import InputError
-from elastocal.io.schema import ConstraintsFile
+from elastocal.io.schema import ConstraintsFile, WorkspaceFile
 from elastocal.io.yaml_lines import Path_
 from elastocal.robot import Robot, Tool
 
@@ -30,15 +30,19 @@ def limits_of(robot: Robot, entry: ConstraintsFile) -> Array:
         for name, (low, high) in (getattr(entry, key) or {}).items():
             path = (key, name)
             if name not in robot.joint_names:
-                raise LocatedError(path, f"no joint {name!r}; the joints are "
-                               f"{', '.join(robot.joint_names)}")
+                raise LocatedError(
+                    path, f"no joint {name!r}; the joints are {', '.join(robot.joint_names)}"
+                )
             i = robot.joint_names.index(name)
             if robot.joints[i].prismatic != prismatic:
                 right = "joint_limits_deg" if prismatic else "joint_limits_mm"
                 raise LocatedError(path, f"joint {name!r} belongs under {right}")
             if not low < high:
-                raise LocatedError(path, f"limits of {name!r}: the lower one, {low:g}, must be below "
-                               f"the upper one, {high:g}")
+                raise LocatedError(
+                    path,
+                    f"limits of {name!r}: the lower one, {low:g}, must be below "
+                    f"the upper one, {high:g}",
+                )
             if scale * low < limits[0, i] - 1e-9 or scale * high > limits[1, i] + 1e-9:
                 raise LocatedError(
                     path,
@@ -59,41 +63,54 @@ def constraints_of(entry: ConstraintsFile, tool: Tool) -> tuple[Constraint, ...]
     """Workspace and orientation constraints on the points and the axes of the tool."""
     points = _named_points(tool)
     found: list[Constraint] = []
-    w = entry.workspace
-    for name, point in points if w else ():
-        if w.min_z_mm is not None:
-            found.append(_height(name, point, w.min_z_mm, 1.0, ">="))
-        if w.max_z_mm is not None:
-            found.append(_height(name, point, w.max_z_mm, -1.0, "<="))
-        if w.min_radius_mm is not None:
-            label = f"radius of {name} >= {w.min_radius_mm:g} mm"
-            found.append(MinRadius(label, point, w.min_radius_mm / 1e3))
-        if w.box_mm is not None:
-            for i, axis in enumerate("xyz"):
-                low, high = w.box_mm.min[i], w.box_mm.max[i]
-                if not low < high:
-                    raise LocatedError(("workspace", "box_mm"), f"box_mm: min {axis} {low:g} must be "
-                                   f"below max {axis} {high:g}")
-                unit = np.eye(3)[i]
-                found.append(HalfSpace(f"{axis} of {name} >= {low:g} mm", point, unit, low / 1e3))
-                found.append(
-                    HalfSpace(f"{axis} of {name} <= {high:g} mm", point, -unit, -high / 1e3)
-                )
+    if entry.workspace is not None:
+        for name, point in points:
+            found += _workspace(name, point, entry.workspace)
     if entry.elevation is not None:
         e = entry.elevation
         if e.max_deg > 90.0:
-            raise LocatedError(("elevation", "max_deg"), f"max_deg must be at most 90, found "
-                           f"{e.max_deg:g}")
+            raise LocatedError(
+                ("elevation", "max_deg"), f"max_deg must be at most 90, found {e.max_deg:g}"
+            )
         label = f"elevation of flange {_axis_name(e.axis)} <= {e.max_deg:g}°"
         found.append(Elevation(label, _axis(e.axis, "elevation"), np.radians(e.max_deg)))
     if entry.tilt is not None:
         t = entry.tilt
         if t.max_deg > 180.0:
-            raise LocatedError(("tilt", "max_deg"), f"max_deg must be at most 180, found {t.max_deg:g}")
-        label = f"tilt of flange {_axis_name(t.axis)} from {_axis_name(t.towards)} <= {t.max_deg:g}°"
-        axis, towards = _axis(t.axis, "tilt"), _axis(t.towards, "tilt")
-        found.append(Tilt(label, axis, towards, np.radians(t.max_deg)))
+            raise LocatedError(
+                ("tilt", "max_deg"), f"max_deg must be at most 180, found {t.max_deg:g}"
+            )
+        label = (
+            f"tilt of flange {_axis_name(t.axis)} from {_axis_name(t.towards)} <= {t.max_deg:g}°"
+        )
+        found.append(
+            Tilt(label, _axis(t.axis, "tilt"), _axis(t.towards, "tilt"), np.radians(t.max_deg))
+        )
     return tuple(found)
+
+
+def _workspace(name: str, point: Array, w: WorkspaceFile) -> list[Constraint]:
+    """Heights, radius and box for one point of the tool."""
+    found: list[Constraint] = []
+    if w.min_z_mm is not None:
+        found.append(_height(name, point, w.min_z_mm, 1.0, ">="))
+    if w.max_z_mm is not None:
+        found.append(_height(name, point, w.max_z_mm, -1.0, "<="))
+    if w.min_radius_mm is not None:
+        label = f"radius of {name} >= {w.min_radius_mm:g} mm"
+        found.append(MinRadius(label, point, w.min_radius_mm / 1e3))
+    for i, axis in enumerate("xyz" if w.box_mm is not None else ""):
+        assert w.box_mm is not None
+        low, high = w.box_mm.min[i], w.box_mm.max[i]
+        if not low < high:
+            raise LocatedError(
+                ("workspace", "box_mm"),
+                f"box_mm: min {axis} {low:g} must be below max {axis} {high:g}",
+            )
+        unit = np.eye(3)[i]
+        found.append(HalfSpace(f"{axis} of {name} >= {low:g} mm", point, unit, low / 1e3))
+        found.append(HalfSpace(f"{axis} of {name} <= {high:g} mm", point, -unit, -high / 1e3))
+    return found
 
 
 def _named_points(tool: Tool) -> list[tuple[str, Array]]:

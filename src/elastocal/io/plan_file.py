@@ -7,7 +7,7 @@ import hashlib
 import io
 import json
 import math
-from collections.abc import Iterable
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -79,7 +79,9 @@ def plan_document(plan: Plan) -> dict[str, Any]:
             | {
                 "repeats": int(plan.repeats[i]),
                 "nearest_constraint": {
-                    "name": near.name, "margin": scale * near.margin, "unit": unit
+                    "name": near.name,
+                    "margin": scale * near.margin,
+                    "unit": unit,
                 },
             }
         )
@@ -110,15 +112,20 @@ def plan_document(plan: Plan) -> dict[str, Any]:
 
 def _criteria(values: dict[str, float]) -> dict[str, float]:
     lengths = ("test-pose", "worst", "G")
-    return {f"{k}_mm" if k in lengths else k: 1e3 * v if k in lengths else v
-            for k, v in values.items()}
+    return {
+        f"{k}_mm" if k in lengths else k: 1e3 * v if k in lengths else v for k, v in values.items()
+    }
 
 
 def _certificate(robot: Robot, certificate: Certificate) -> dict[str, Any]:
     if certificate.kind == "none":
-        return {"kind": "none", "criterion": certificate.criterion,
-                "why": "this criterion is not concave: no bound is known"}
-    assert certificate.peak is not None and certificate.support is not None
+        return {
+            "kind": "none",
+            "criterion": certificate.criterion,
+            "why": "this criterion is not concave: no bound is known",
+        }
+    assert certificate.peak is not None
+    assert certificate.support is not None
     assert certificate.weights is not None
     bound: dict[str, Any] = (
         {"rho0_lower_bound_mm": 1e3 * certificate.lower_bound}
@@ -143,7 +150,7 @@ def _certificate(robot: Robot, certificate: Certificate) -> dict[str, Any]:
     }
 
 
-def _cases(robot: Robot, cases: LoadCases) -> Iterable[dict[str, Any]]:
+def _cases(robot: Robot, cases: LoadCases) -> Iterator[dict[str, Any]]:
     for q, wrench in zip(cases.q, cases.wrench, strict=True):
         entry: dict[str, Any] = {"q_deg": {}}
         for joint, value in zip(robot.joints, q, strict=True):
@@ -212,10 +219,12 @@ def _document(text: str, path: Path) -> Any:
     except RecursionError:
         raise PlanFileError(f"{path}: nested too deeply") from None
     if not isinstance(document, dict) or document.get("kind") != "plan":
-        raise PlanFileError(f"{path}: not a plan file; expected JSON with \"kind\": \"plan\"")
+        raise PlanFileError(f'{path}: not a plan file; expected JSON with "kind": "plan"')
     if document.get("elastocal") != 1:
-        raise PlanFileError(f"{path}: format version {document.get('elastocal')!r} is not known; "
-                            "this program reads 1")
+        raise PlanFileError(
+            f"{path}: format version {document.get('elastocal')!r} is not known; "
+            "this program reads 1"
+        )
     return document
 
 
@@ -257,8 +266,13 @@ def _read_json(text: str, path: Path, robot: Robot) -> Proposal:
     digest = study.get("sha256", "") if isinstance(study, dict) else ""
     seed = document.get("seed")
     return Proposal(
-        path.name, LoadCases(q, wrench), repeats, claims, str(digest),
-        str(document.get("criterion", "")), seed if isinstance(seed, int) else None,
+        path.name,
+        LoadCases(q, wrench),
+        repeats,
+        claims,
+        str(digest),
+        str(document.get("criterion", "")),
+        seed if isinstance(seed, int) else None,
     )
 
 
@@ -328,8 +342,10 @@ def _read_csv(text: str, path: Path, robot: Robot) -> Proposal:
     repeats = table[:, -1]
     for i, (number, _) in enumerate(rows[1:]):
         if repeats[i] != round(repeats[i]) or repeats[i] < 1:
-            raise PlanFileError(f"{path}, line {number}: repeats must be a whole number from 1, "
-                                f"found {repeats[i]:g}")
+            raise PlanFileError(
+                f"{path}, line {number}: repeats must be a whole number from 1, "
+                f"found {repeats[i]:g}"
+            )
     cases = LoadCases(table[:, :n] * scale, table[:, n : n + 6])
     return Proposal(path.name, cases, repeats.astype(np.int64))
 

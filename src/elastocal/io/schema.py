@@ -229,8 +229,10 @@ def validate(document: Located) -> StudyFile:
         StudyError: the first thing that is wrong, with its line.
     """
     if not isinstance(document.value, dict):
-        raise StudyError(f"{document.where(())}: expected keys such as 'robot:', found "
-                         f"{type(document.value).__name__}")
+        raise StudyError(
+            f"{document.where(())}: expected keys such as 'robot:', found "
+            f"{type(document.value).__name__}"
+        )
     _check_version(document)
     try:
         return StudyFile.model_validate(document.value)
@@ -244,11 +246,15 @@ def validate(document: Located) -> StudyFile:
 
 def _check_version(document: Located) -> None:
     if "elastocal" not in document.value:
-        raise StudyError(f"{document.file}: key 'elastocal' is missing; a study file begins with "
-                         "'elastocal: 1', the version of its format")
+        raise StudyError(
+            f"{document.file}: key 'elastocal' is missing; a study file begins with "
+            "'elastocal: 1', the version of its format"
+        )
     if document.value["elastocal"] != 1:
-        raise StudyError(f"{document.where(('elastocal',))}: format version "
-                         f"{document.value['elastocal']!r} is not known; this program reads 1")
+        raise StudyError(
+            f"{document.where(('elastocal',))}: format version "
+            f"{document.value['elastocal']!r} is not known; this program reads 1"
+        )
 
 
 def _describe(document: Located, error: dict[str, Any]) -> tuple[tuple[int, int], str]:
@@ -299,10 +305,21 @@ def _real_path(value: Any, location: tuple[str | int, ...]) -> Path_:
 
 
 _MODELS: dict[str, type[Section]] = {
-    "": StudyFile, "robot": DHRobotFile, "tools": ToolFile, "test_poses": TestPoseFile,
-    "experiments": ExperimentsFile, "instrument": InstrumentFile, "constraints": ConstraintsFile,
-    "workspace": WorkspaceFile, "elevation": ElevationFile, "tilt": TiltFile, "prior": PriorFile,
-    "dh": DHRowFile, "box_mm": BoxFile, "direction": ConeFile, "torque_direction": ConeFile,
+    "": StudyFile,
+    "robot": DHRobotFile,
+    "tools": ToolFile,
+    "test_poses": TestPoseFile,
+    "experiments": ExperimentsFile,
+    "instrument": InstrumentFile,
+    "constraints": ConstraintsFile,
+    "workspace": WorkspaceFile,
+    "elevation": ElevationFile,
+    "tilt": TiltFile,
+    "prior": PriorFile,
+    "dh": DHRowFile,
+    "box_mm": BoxFile,
+    "direction": ConeFile,
+    "torque_direction": ConeFile,
 }
 
 

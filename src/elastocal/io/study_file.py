@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -64,9 +65,7 @@ class _Reader:
         if not file.test_poses:
             raise self._error(("test_poses",), "test_poses is empty; give at least one test pose")
         poses = tuple(
-            self._at(
-                ("test_poses", i), lambda i=i, p=p: _test_pose(robot, springs, tools, p, i)
-            )
+            self._at(("test_poses", i), lambda i=i, p=p: _test_pose(robot, springs, tools, p, i))
             for i, p in enumerate(file.test_poses)
         )
         experiments = self._at(("experiments",), lambda: _experiments(file.experiments, tools))
@@ -75,8 +74,7 @@ class _Reader:
         if file.criterion not in CRITERIA:
             raise self._error(
                 ("criterion",),
-                f"criterion {file.criterion!r} is not known; expected one of "
-                f"{', '.join(CRITERIA)}",
+                f"criterion {file.criterion!r} is not known; expected one of {', '.join(CRITERIA)}",
             )
         self._check_involved(springs, poses)
         constraints = self._at(
@@ -105,8 +103,6 @@ class _Reader:
         prior = self.file.prior
         folder = self.document.file.parent
         matrix = self._at(("prior",), lambda: _prior(study, prior, folder))
-        from dataclasses import replace
-
         return replace(study, prior=matrix)
 
     def _check_test_poses(self, robot: Robot, poses: tuple[TestPose, ...]) -> None:
@@ -163,8 +159,15 @@ def _robot(entry: str | DHRobotFile) -> Robot:
         low, high = (-np.inf, np.inf) if limits is None else (scale * v for v in limits)
         rows.append(
             DHRow(
-                row.joint, np.radians(row.theta_deg), row.d_mm / 1e3, row.a_mm / 1e3,
-                np.radians(row.alpha_deg), prismatic, float(row.sign), low, high,
+                row.joint,
+                np.radians(row.theta_deg),
+                row.d_mm / 1e3,
+                row.a_mm / 1e3,
+                np.radians(row.alpha_deg),
+                prismatic,
+                float(row.sign),
+                low,
+                high,
             )
         )
     return from_dh(entry.name, rows, modified=entry.convention == "modified")
@@ -199,8 +202,11 @@ def _test_pose(
 ) -> TestPose:
     name = entry.name or f"test pose {index + 1}"
     if entry.regressor_Nm2 is not None:
-        given = [k for k in ("tool", "q_deg", "q_mm", "force_N", "torque_Nm")
-                 if getattr(entry, k) is not None]
+        given = [
+            k
+            for k in ("tool", "q_deg", "q_mm", "force_N", "torque_Nm")
+            if getattr(entry, k) is not None
+        ]
         if given:
             raise LocatedError((given[0],), f"{name}: give either regressor_Nm2 or {given[0]}")
         rows = entry.regressor_Nm2
@@ -233,7 +239,9 @@ def configuration(
     """
     if isinstance(degrees, list):
         if robot.prismatic.any():
-            raise LocatedError(("q_deg",), "the robot has sliding joints: give q_deg and q_mm by name")
+            raise LocatedError(
+                ("q_deg",), "the robot has sliding joints: give q_deg and q_mm by name"
+            )
         if len(degrees) != len(robot.joints):
             raise LocatedError(
                 ("q_deg",),
@@ -245,8 +253,9 @@ def configuration(
     for key, entries in values.items():
         for name in entries:
             if name not in robot.joint_names:
-                raise LocatedError((key, name), f"no joint {name!r}; the joints are "
-                               f"{', '.join(robot.joint_names)}")
+                raise LocatedError(
+                    (key, name), f"no joint {name!r}; the joints are {', '.join(robot.joint_names)}"
+                )
             if robot.joints[robot.joint_names.index(name)].prismatic != (key == "q_mm"):
                 right = "q_deg" if key == "q_mm" else "q_mm"
                 raise LocatedError((key, name), f"joint {name!r} belongs under {right}")
@@ -260,27 +269,44 @@ def configuration(
 
 
 def _experiments(entry: ExperimentsFile, tools: dict[str, Tool]) -> Experiments:
-    force = _load("force_N", entry.force_N, "max_force_N", entry.max_force_N, "direction",
-                  entry.direction)
-    moment = _load("torque_Nm", entry.torque_Nm, "max_torque_Nm", entry.max_torque_Nm,
-                   "torque_direction", entry.torque_direction)
+    force = _load(
+        "force_N", entry.force_N, "max_force_N", entry.max_force_N, "direction", entry.direction
+    )
+    moment = _load(
+        "torque_Nm",
+        entry.torque_Nm,
+        "max_torque_Nm",
+        entry.max_torque_Nm,
+        "torque_direction",
+        entry.torque_direction,
+    )
     if force is None and moment is None:
         raise InputError(
             "experiments say nothing of the load: give force_N, or max_force_N with direction"
         )
     none = FixedVector(np.zeros(3))
     if entry.max_configurations is not None and entry.max_configurations > entry.count:
-        raise LocatedError(("max_configurations",), f"max_configurations {entry.max_configurations} "
-                       f"is more than the {entry.count} experiments")
+        raise LocatedError(
+            ("max_configurations",),
+            f"max_configurations {entry.max_configurations} "
+            f"is more than the {entry.count} experiments",
+        )
     return Experiments(
-        _find_tool(tools, entry.tool), force or none, entry.count, entry.max_configurations,
+        _find_tool(tools, entry.tool),
+        force or none,
+        entry.count,
+        entry.max_configurations,
         moment or none,
     )
 
 
 def _load(
-    fixed_key: str, fixed: list[float] | None, bound_key: str, bound: float | None,
-    direction_key: str, direction: str | ConeFile | None,
+    fixed_key: str,
+    fixed: list[float] | None,
+    bound_key: str,
+    bound: float | None,
+    direction_key: str,
+    direction: str | ConeFile | None,
 ) -> Load | None:
     """A fixed or free load from its keys; None if none is given."""
     if fixed is not None and (bound is not None or direction is not None):
@@ -293,13 +319,16 @@ def _load(
     if bound is None:
         return None
     if direction is None:
-        raise LocatedError((bound_key,), f"{bound_key} needs {direction_key}: 'free', or axis and "
-                       "half_angle_deg")
+        raise LocatedError(
+            (bound_key,), f"{bound_key} needs {direction_key}: 'free', or axis and half_angle_deg"
+        )
     if isinstance(direction, str):
         return FreeDirection(bound, np.array([0.0, 0.0, -1.0]))
     if not direction.half_angle_deg <= 180.0:
-        raise LocatedError((direction_key,), "half_angle_deg must be at most 180, found "
-                       f"{direction.half_angle_deg:g}")
+        raise LocatedError(
+            (direction_key,),
+            f"half_angle_deg must be at most 180, found {direction.half_angle_deg:g}",
+        )
     try:
         return FreeDirection(
             bound, np.array(direction.axis), float(np.radians(direction.half_angle_deg))
@@ -317,21 +346,24 @@ def _prior(study: Study, entry: PriorFile, folder: Path) -> Array:
             f"prior needs exactly one of {', '.join(PriorFile.model_fields)}, found {len(given)}"
         )
     if entry.standard_error_rad_per_Nm is not None:
-        information = np.zeros((len(names), len(names)))
+        known = np.zeros((len(names), len(names)))
         for name, error in entry.standard_error_rad_per_Nm.items():
             if name not in names:
-                raise LocatedError((given[0], name), f"{name!r} is not identified in this study; "
-                               f"identified are {', '.join(names)}")
-            information[names.index(name), names.index(name)] = error**-2.0
-        return information
+                raise LocatedError(
+                    (given[0], name),
+                    f"{name!r} is not identified in this study; identified are {', '.join(names)}",
+                )
+            known[names.index(name), names.index(name)] = error**-2.0
+        return known
     if entry.information_N2m2 is not None:
-        try:
-            information = np.array(entry.information_N2m2)
-        except ValueError:
-            information = np.zeros(0)
-        if information.shape != (len(names), len(names)):
-            raise LocatedError((given[0],), f"the information must be {len(names)} rows of "
-                           f"{len(names)} numbers, one for each of {', '.join(names)}")
+        rows = entry.information_N2m2
+        if len(rows) != len(names) or any(len(row) != len(names) for row in rows):
+            raise LocatedError(
+                (given[0],),
+                f"the information must be {len(names)} rows of "
+                f"{len(names)} numbers, one for each of {', '.join(names)}",
+            )
+        information: Array = np.array(rows)
         if not np.allclose(information, information.T, rtol=1e-6):
             raise LocatedError((given[0],), "the information matrix is not symmetric")
         if np.linalg.eigvalsh(information)[0] < -1e-9 * np.abs(information).max():
@@ -346,4 +378,4 @@ def _prior(study: Study, entry: PriorFile, folder: Path) -> Array:
     except ElastocalError as error:
         raise LocatedError(("plan",), f"prior plan: {error}") from None
     each = load_case_information(study, proposal.load_cases)
-    return np.einsum("i,ijk->jk", proposal.repeats.astype(float), each)
+    return np.asarray(np.einsum("i,ijk->jk", proposal.repeats.astype(float), each))

@@ -67,7 +67,7 @@ def _construct(
     line = node.start_mark.line + 1
     lines.setdefault(path, line)
     if isinstance(node, yaml.ScalarNode):
-        return yaml.SafeLoader("").construct_object(node)  # type: ignore[no-untyped-call]
+        return yaml.SafeLoader("").construct_object(node)
     if id(node) in seen:
         raise StudyError(f"{file}, line {line}: YAML aliases are not supported; repeat the value")
     seen.add(id(node))

@@ -17,6 +17,10 @@ from elastocal.report.solids import Solid, circle
 from elastocal.report.stage import Stage
 
 
+wall_kinds = (HalfSpace, MinRadius)
+aperture_kinds = (Elevation, Tilt)
+
+
 @dataclass(frozen=True)
 class Surface:
     """A drawn limit.
@@ -104,9 +108,10 @@ def _plane(constraint: HalfSpace, stage: Stage) -> Surface | None:
     side, other = circle(constraint.normal, 4)[:2]
     around = np.argsort([np.arctan2((c - centre) @ other, (c - centre) @ side) for c in cuts])
     rim = np.array(cuts)[around]
+    back = int(np.argmax(rim[:, 0] + rim[:, 1] + rim[:, 2]))
     i = np.arange(1, len(rim) - 1)
     solid = Solid(rim, np.column_stack([np.zeros_like(i), i, i + 1]))
-    return Surface(constraint.name, solid, (np.vstack([rim, rim[:1]]),), rim[-1])
+    return Surface(constraint.name, solid, (np.vstack([rim, rim[:1]]),), rim[back])
 
 
 def _cylinder(constraint: MinRadius, stage: Stage) -> Surface:

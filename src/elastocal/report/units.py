@@ -79,6 +79,17 @@ def compliance_unit(prismatic: bool) -> tuple[float, str]:
     return (1e9, "10⁻⁹ m/N") if prismatic else (1e9, "10⁻⁹ rad/(N·m)")
 
 
+def given(value: float) -> str:
+    """A length somebody chose [m], without the zeros it was not given with."""
+    factor, unit = length_unit([value])
+    return f"{factor * value:.6g} {unit}"
+
+
+def words(name: str) -> str:
+    """A name with the signs that typewriters lack."""
+    return name.replace(">=", "≥").replace("<=", "≤")
+
+
 def vector(values: Array, decimals: int = 0) -> str:
     """Three components in brackets."""
     return "[" + ", ".join(fixed(float(value), decimals) for value in values) + "]"

@@ -1,0 +1,57 @@
+# One task runner. Everything is installed into .venv, from the lock files.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
+
+# One thread: the matrices are small, and several threads only get in each other's way.
+export OPENBLAS_NUM_THREADS ?= 1
+export OMP_NUM_THREADS ?= 1
+
+.PHONY: demo test test-full check bench docs build lock clean
+
+demo: $(VENV)/.run                 ## plan the KUKA KR 270 campaign and write a report
+	$(BIN)/elastocal demo demo
+	@echo "open demo/report.html"
+
+test: $(VENV)/.dev                 ## all tests
+	$(BIN)/python -m pytest
+
+test-full: $(VENV)/.dev            ## all tests with ten seeds where one is the default
+	ELASTOCAL_FULL=1 $(BIN)/python -m pytest
+
+check: $(VENV)/.dev                ## format, lint, types
+	$(BIN)/ruff format --check src tests benchmarks examples
+	$(BIN)/ruff check src tests benchmarks examples
+	$(BIN)/mypy
+
+bench: $(VENV)/.dev                ## timings against other ways to do it
+	$(BIN)/python benchmarks/kr270_plan.py
+
+docs: $(VENV)/.dev                 ## the examples in the documentation, run
+	$(BIN)/python -m pytest tests/test_docs.py
+
+build: $(VENV)/.dev                ## wheel
+	$(BIN)/python -m pip wheel --no-deps --no-build-isolation --wheel-dir dist .
+
+lock: pyproject.toml               ## renew the lock files (needs uv)
+	uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
+	    --no-annotate --no-header --extra build pyproject.toml -o requirements.lock
+	uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
+	    --no-annotate --no-header --extra build --extra dev pyproject.toml -o requirements-dev.lock
+
+clean:
+	rm -rf $(VENV) dist build demo .mypy_cache .ruff_cache .pytest_cache
+
+$(VENV)/bin/python:
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/.run: requirements.lock pyproject.toml | $(VENV)/bin/python
+	$(PIP) install --require-hashes -r requirements.lock
+	$(PIP) install --no-deps --no-build-isolation -e .
+	touch $@
+
+$(VENV)/.dev: requirements-dev.lock pyproject.toml | $(VENV)/bin/python
+	$(PIP) install --require-hashes -r requirements-dev.lock
+	$(PIP) install --no-deps --no-build-isolation -e .
+	touch $@ $(VENV)/.run

@@ -1,0 +1,143 @@
+"""Static pictures of configurations: for paper, for run sheets, and where there is no WebGL.
+
+In: figures of a stage. Out: SVG. All pictures of a plan share view and scale.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+
+import numpy as np
+from markupsafe import Markup
+
+from elastocal.arrays import Array
+from elastocal.report.stage import Figure, Stage
+from elastocal.report.svg import drawing, join, line, polyline, tag, text
+
+_AZIMUTH, _ELEVATION = np.radians(-52.0), np.radians(17.0)
+_GRID = 0.5  # floor squares [m]
+
+
+class View:
+    """A parallel view from the front, the right and a little above.
+
+    Attributes:
+        width: Width of the pictures [px].
+        height: Height of the pictures [px].
+    """
+
+    def __init__(self, stage: Stage, width: float = 300.0) -> None:
+        """Fit the box of `stage` into `width` pixels."""
+        c, s = np.cos(_AZIMUTH), np.sin(_AZIMUTH)
+        lift = np.array([-c * np.sin(_ELEVATION), -s * np.sin(_ELEVATION), np.cos(_ELEVATION)])
+        self._axes = np.array([[-s, c, 0.0], -lift])
+        self.floor = min(0.0, float(stage.lower[2]) if stage.lower[2] < -0.1 * stage.size else 0.0)
+        drawn = _drawn(stage)
+        flat = drawn * [1.0, 1.0, 0.0] + [0.0, 0.0, self.floor]
+        seen = np.vstack([drawn, flat]) @ self._axes.T
+        low, high = seen.min(axis=0), seen.max(axis=0)
+        self._scale = (width - 64.0) / float(high[0] - low[0])
+        self._shift = [32.0, 18.0] - self._scale * low
+        self.width, self.height = width, 40.0 + self._scale * float(high[1] - low[1])
+        self._ends = self._grid_ends(stage)
+
+    def __call__(self, points: Array) -> Array:
+        """(K, 2) pixels of points (K, 3) [m]."""
+        return np.asarray(points @ self._axes.T * self._scale + self._shift)
+
+    def floor_grid(self) -> Markup:
+        """The floor, in squares of half a metre."""
+        return join(polyline(self(pair), "floor") for pair in self._ends)
+
+    def shadow(self, points: Array) -> Array:
+        """(K, 2) pixels of the points on the floor below `points` (K, 3)."""
+        flat = points.copy()
+        flat[:, 2] = self.floor
+        return self(flat)
+
+    def _grid_ends(self, stage: Stage) -> Array:
+        """(G, 2, 3) ends of the lines of the floor [m]."""
+        low = np.minimum(np.floor(stage.lower[:2] / _GRID), -1.0) * _GRID
+        high = np.maximum(np.ceil(stage.upper[:2] / _GRID), 1.0) * _GRID
+        z = self.floor
+        along = [np.arange(a, b + 1e-9, _GRID) for a, b in zip(low, high, strict=True)]
+        lines = [[[x, low[1], z], [x, high[1], z]] for x in along[0]]
+        lines += [[[low[0], y, z], [high[0], y, z]] for y in along[1]]
+        return np.array(lines)
+
+
+def portrait(figure: Figure, stage: Stage, kind: str = "plan", width: float = 300.0) -> Markup:
+    """Picture of one figure; `kind` is plan or test."""
+    view = View(stage, width)
+    about = f"{figure.label}: the robot, seen from the front right, with its load {figure.load}"
+    inside = [view.floor_grid(), _origin(view, stage), _figure(figure, view, kind, labelled=True)]
+    return drawing(view.width, view.height, about, *inside, class_="robot")
+
+
+def group(planned: Sequence[Figure], tests: Sequence[Figure], stage: Stage, width: float) -> Markup:
+    """All figures in one picture, test poses behind."""
+    view = View(stage, width)
+    inside = [view.floor_grid(), _origin(view, stage)]
+    inside += [_figure(figure, view, "test", labelled=False) for figure in tests]
+    inside += [_figure(figure, view, "plan", labelled=False) for figure in planned]
+    about = "All planned configurations, and the test poses, in one picture"
+    many = " many" if len(planned) > 4 else ""
+    return drawing(view.width, view.height, about, *inside, class_="robot" + many)
+
+
+def _figure(figure: Figure, view: View, kind: str, *, labelled: bool) -> Markup:
+    """The robot as a line with joints, over its shadow."""
+    skeleton = figure.skeleton
+    parts = [polyline(view.shadow(part), "shadow") for part in (skeleton.arm, *skeleton.tool)]
+    parts += [polyline(view(part), "tool") for part in skeleton.tool]
+    parts += [polyline(view(skeleton.arm), "limb-edge"), polyline(view(skeleton.arm), "limb")]
+    parts += [tag("circle", cx=x, cy=y, r=4.0, class_="joint") for x, y in view(skeleton.centres)]
+    for x, y in view(np.vstack([skeleton.load_point, skeleton.markers])):
+        parts.append(tag("circle", cx=x, cy=y, r=2.8, class_="marker"))
+    for vector, heads in ((figure.force, 1), (figure.moment, 2)):
+        parts.append(_arrow(view, skeleton.load_point, vector, heads))
+    if labelled and figure.load:
+        x, y = view((skeleton.load_point + figure.force)[None])[0]
+        start, anchor = (x + 7.0, "start") if x < view.width - 62.0 else (x - 7.0, "end")
+        parts.append(text(start, y, figure.load, "halo", anchor))
+        parts.append(text(start, y, figure.load, "load", anchor))
+    return tag("g", *parts, class_=f"figure {kind}")
+
+
+def _arrow(view: View, start: Array, along: Array, heads: int) -> Markup:
+    """Arrow of a force (one head) or a moment (two)."""
+    if not np.any(along):
+        return Markup("")
+    a, b = view(np.vstack([start, start + along]))
+    length = float(np.linalg.norm(b - a))
+    if length < 3.0:
+        return Markup("")
+    unit = (b - a) / length
+    side = np.array([-unit[1], unit[0]])
+    parts = [line(a[0], a[1], *(b - 5.0 * unit), "force")]
+    for k in range(heads):
+        tip = b - 7.0 * k * unit
+        corners = (tip, tip - 9.0 * unit + 4.2 * side, tip - 9.0 * unit - 4.2 * side)
+        shown = " ".join(f"{x:.1f},{y:.1f}" for x, y in corners)
+        parts.append(tag("polygon", points=shown, class_="force-head"))
+    return join(parts)
+
+
+def _origin(view: View, stage: Stage) -> Markup:
+    """The axes of the base frame."""
+    parts = []
+    for axis, name in zip(np.eye(3), "xyz", strict=True):
+        start, end, word = view(np.outer([0.0, 0.16, 0.215], axis * stage.size))
+        parts.append(line(*start, *end, "axis"))
+        parts.append(text(word[0], word[1] + 4.0, name, "axis-name", "middle"))
+    return join(parts)
+
+
+def _drawn(stage: Stage) -> Array:
+    """(., 3) every point of every figure [m]."""
+    points = [np.array(list(product([0.0], [0.0], [0.0, 0.2 * stage.size])))]
+    for figure in (*stage.planned, *stage.tests, *stage.peak):
+        at = figure.skeleton.load_point
+        points.append(np.vstack([figure.skeleton.points, at + figure.force, at + figure.moment]))
+    return np.vstack(points)

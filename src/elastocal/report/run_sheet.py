@@ -1,0 +1,87 @@
+"""Run sheet: what the operator does, in order, with boxes to tick.
+
+In: plan, stage. Out: one card for each configuration.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from markupsafe import Markup
+
+from elastocal.planning import Plan
+from elastocal.report.picture import portrait
+from elastocal.report.stage import Stage
+from elastocal.report.units import direction, fixed, joint_unit, joint_value, number, vector
+
+
+@dataclass(frozen=True)
+class Card:
+    """One configuration to go to.
+
+    Attributes:
+        number: Place in the order of execution, from 1.
+        picture: How the robot should look.
+        joints: Name, value and unit of every joint.
+        loads: Lines about force and torque.
+        at: Where the load point is then, in the base frame.
+        experiments: Running numbers of the repeats.
+    """
+
+    number: int
+    picture: Markup
+    joints: tuple[tuple[str, str, str], ...]
+    loads: tuple[str, ...]
+    at: str
+    experiments: tuple[int, ...]
+
+
+def run_sheet(plan: Plan, stage: Stage) -> list[Card]:
+    """Cards in the order of execution."""
+    robot, cases = plan.study.robot, plan.load_cases
+    cards: list[Card] = []
+    done = 0
+    for i, figure in enumerate(stage.planned):
+        repeats = int(plan.repeats[i])
+        joints = tuple(
+            (joint.name, joint_value(float(value), joint.prismatic), joint_unit(joint.prismatic))
+            for joint, value in zip(robot.joints, cases.q[i], strict=True)
+        )
+        cards.append(
+            Card(
+                number=i + 1,
+                picture=portrait(figure, stage),
+                joints=joints,
+                loads=tuple(_loads(plan, i)),
+                at=f"{vector(1e3 * figure.skeleton.load_point, 1)} mm",
+                experiments=tuple(range(done + 1, done + repeats + 1)),
+            )
+        )
+        done += repeats
+    return cards
+
+
+def _loads(plan: Plan, i: int) -> list[str]:
+    """Force and torque of one load case in words."""
+    lines = []
+    wrench = plan.load_cases.wrench[i]
+    for name, part, unit in (("Force", wrench[:3], "N"), ("Torque", wrench[3:], "N·m")):
+        size = float(np.linalg.norm(part))
+        if size == 0.0:
+            continue
+        decimals = 0 if np.allclose(part, np.round(part)) else 1
+        way = direction(part)
+        said = f" {way}" if way and name == "Force" else ""
+        lines.append(f"{name} {number(size, 4)} {unit}{said}: {vector(part, decimals)} {unit}")
+    return lines
+
+
+def tool_points(plan: Plan) -> list[tuple[str, str]]:
+    """Load point and markers of the calibration tool, in the flange frame."""
+    tool = plan.study.experiments.tool
+    points = [("load point", tool.load_point), *zip(tool.marker_names, tool.markers, strict=True)]
+    return [
+        (name, "[" + ", ".join(fixed(1e3 * float(v), 1) for v in point) + "] mm")
+        for name, point in points
+    ]

@@ -1,0 +1,202 @@
+"""The robot in 3D, as data for plotly: one group of traces for every configuration.
+
+In: plan and stage. Out: a dict ready for JSON, in mm. Every trace carries a role in its `meta`,
+by which `templates/scene.js` shows it:
+solid: with its configuration, or with all; ghost: while another one is shown; detail: only with
+its own; test, limit: by their own switch.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from elastocal.arrays import Array
+from elastocal.planning import Plan
+from elastocal.posture import Posture
+from elastocal.report.palette import COLOURS
+from elastocal.report.skeleton import Skeleton
+from elastocal.report.solids import Solid, arrow, ball, tube, union
+from elastocal.report.stage import Figure, Stage
+from elastocal.report.surfaces import Surface, aperture, wall
+from elastocal.report.units import words as words_of
+
+Trace = dict[str, Any]
+
+_LINK, _JOINT, _TOOL, _ARROW = 0.014, 0.027, 0.007, 0.006  # radii over the size of the robot
+_LIGHT = {"ambient": 0.62, "diffuse": 0.6, "specular": 0.12, "roughness": 0.7, "fresnel": 0.1}
+
+
+def scene(plan: Plan, stage: Stage) -> dict[str, Any]:
+    """Traces, layout and the number of configurations."""
+    constraints = plan.study.constraints
+    traces: list[Trace] = []
+    for constraint in constraints:
+        surface = wall(constraint, stage)
+        if surface is not None:
+            traces += _surface(surface, "limit", -1)
+    for figure in stage.tests:
+        traces += _robot(figure, stage.size, "contrast", "test", -1)
+    posture = Posture(plan.study.robot, plan.load_cases.q)
+    for i, figure in enumerate(stage.planned):
+        traces += _robot(figure, stage.size, "accent", "solid", i)
+        traces.append(_ghost(figure, i))
+        traces.append(_names(figure.skeleton, plan.study.robot.joint_names, stage.size, i))
+        alone = Posture(plan.study.robot, posture.q[:, i : i + 1].T)
+        for constraint in constraints:
+            at, length = figure.skeleton.load_point, 0.17 * stage.size
+            opening = aperture(constraint, alone, at, length)
+            if opening is not None:
+                traces += _surface(opening, "detail", i)
+    return {"data": traces, "layout": _layout(stage), "count": len(stage.planned)}
+
+
+def _robot(figure: Figure, size: float, colour: str, role: str, group: int) -> list[Trace]:
+    """The solid robot with its load."""
+    skeleton = figure.skeleton
+    links, joints, tool = _bodies(skeleton, size, 1.0 if role == "solid" else 0.75)
+    load = union(
+        [
+            arrow(skeleton.load_point, figure.force, _ARROW * size),
+            arrow(skeleton.load_point, figure.moment, _ARROW * size),
+            arrow(skeleton.load_point, 0.8 * figure.moment, _ARROW * size),
+        ]
+    )
+    traces = [
+        _mesh(links, COLOURS[colour], role, group),
+        _mesh(joints, COLOURS["ink"] if role == "solid" else "#7a3207", role, group),
+        _mesh(tool, COLOURS["faint"], role, group),
+        _mesh(load, COLOURS["ink"], role, group),
+    ]
+    ends = [skeleton.load_point + v for v in (figure.force, figure.moment) if np.any(v)]
+    at = ends[0] if ends else skeleton.load_point
+    name = figure.label if role == "test" else f"No. {figure.label}"
+    words = f"{_short(name, 18)} · {figure.load}" if figure.load else name
+    side = "middle right" if role == "test" else "bottom center"
+    traces.append(_text(at[None], [words], COLOURS[colour], role, group, 13, side))
+    return [trace for trace in traces if trace is not None]
+
+
+def _bodies(skeleton: Skeleton, size: float, thickness: float) -> tuple[Solid, Solid, Solid]:
+    """Links, joints and tool; thinner towards the flange, as arms are."""
+    arm, n = skeleton.arm, len(skeleton.centres)
+    taper = thickness * np.linspace(1.25, 0.8, len(arm))
+    links = [
+        tube(a, b, _LINK * size * r) for (a, b), r in zip(pairwise(arm), taper[1:], strict=True)
+    ]
+    links += [ball(point, _LINK * size * r) for point, r in zip(arm, taper, strict=True)]
+    shrink = thickness * np.linspace(1.2, 0.7, n)
+    half = _JOINT * size * shrink[:, None] * skeleton.axes
+    joints = [
+        tube(c - h, c + h, _JOINT * size * s * 0.85)
+        for c, h, s in zip(skeleton.centres, half, shrink, strict=True)
+    ]
+    tool = [tube(a, b, _TOOL * size) for line in skeleton.tool for a, b in pairwise(line)]
+    points = [skeleton.load_point, skeleton.tcp, *skeleton.markers]
+    tool += [ball(point, 1.7 * _TOOL * size) for point in np.unique(points, axis=0)]
+    return union(links), union(joints), union(tool)
+
+
+def _ghost(figure: Figure, group: int) -> Trace:
+    """A configuration that is not the one looked at, as thin lines."""
+    lines = [figure.skeleton.arm, *figure.skeleton.tool]
+    return _lines(lines, COLOURS["ghost"], "ghost", group, 5)
+
+
+def _names(skeleton: Skeleton, names: tuple[str, ...], size: float, group: int) -> Trace:
+    """Joint names beside the joints; joints that share a place share a line of text."""
+    places: list[Array] = []
+    words: list[list[str]] = []
+    for centre, name in zip(skeleton.centres, names, strict=True):
+        near = [k for k, p in enumerate(places) if np.linalg.norm(p - centre) < 0.06 * size]
+        if near:
+            words[near[0]].append(name)
+        else:
+            places.append(centre)
+            words.append([name])
+    texts = [", ".join(together) for together in words]
+    at = np.array(places) + [0.0, 0.0, 0.045 * size]
+    return _text(at, texts, COLOURS["ink"], "detail", group, 12, "top center")
+
+
+def _surface(surface: Surface, role: str, group: int) -> list[Trace]:
+    """A limit: translucent, with its outline and its name."""
+    body = _mesh(surface.solid, COLOURS["muted"], role, group)
+    traces = [_lines(list(surface.outlines), COLOURS["faint"], role, group, 2)]
+    traces.append(
+        _text(surface.label[None], [surface.name], COLOURS["muted"], role, group, 11,
+              "top center")
+    )
+    if body is not None:
+        body |= {"opacity": 0.13, "lighting": {"ambient": 1.0, "diffuse": 0.0}}
+        traces.append(body)
+    return traces
+
+
+def _mesh(solid: Solid, colour: str, role: str, group: int) -> Trace | None:
+    """Triangles in mm, rounded to a tenth; None if there are none."""
+    if not len(solid.triangles):
+        return None
+    x, y, z = np.round(1e3 * solid.vertices, 1).T.tolist()
+    i, j, k = solid.triangles.T.tolist()
+    return {
+        "type": "mesh3d", "x": x, "y": y, "z": z, "i": i, "j": j, "k": k, "color": colour,
+        "lighting": _LIGHT, "lightposition": {"x": 4000, "y": -9000, "z": 12000},
+        "hoverinfo": "skip", "meta": {"role": role, "group": group},
+    }
+
+
+def _lines(lines: list[Array], colour: str, role: str, group: int, width: int) -> Trace:
+    """Polylines (., 3) [m] in mm, with gaps between them."""
+    gap = np.full((1, 3), np.nan)
+    points = np.vstack([part for line in lines for part in (line, gap)])[:-1]
+    x, y, z = (
+        [None if np.isnan(value) else round(1e3 * value, 1) for value in column]
+        for column in points.T
+    )
+    return {
+        "type": "scatter3d", "mode": "lines", "x": x, "y": y, "z": z, "connectgaps": False,
+        "line": {"color": colour, "width": width}, "hoverinfo": "skip",
+        "meta": {"role": role, "group": group},
+    }
+
+
+def _text(
+    at: Array, words: list[str], colour: str, role: str, group: int, size: int, side: str
+) -> Trace:
+    """Words at points (K, 3) [m]."""
+    x, y, z = np.round(1e3 * at, 1).T.tolist()
+    return {
+        "type": "scatter3d", "mode": "text", "x": x, "y": y, "z": z,
+        "text": [_short(word) for word in words], "textposition": side,
+        "textfont": {"color": colour, "size": size}, "hoverinfo": "skip",
+        "meta": {"role": role, "group": group},
+    }
+
+
+def _short(text: str, most: int = 34) -> str:
+    """Text cut to what fits beside a figure, without signs that plotly may read as tags."""
+    text = words_of(text).replace("<", "‹").replace(">", "›")
+    return text if len(text) <= most else text[: most - 1] + "…"
+
+
+def _layout(stage: Stage) -> dict[str, Any]:
+    """Layout with equal scales, z up, seen from the front and the right."""
+    axes = {}
+    for name, low, high in zip("xyz", 1e3 * stage.lower, 1e3 * stage.upper, strict=True):
+        axes[f"{name}axis"] = {
+            "title": {"text": f"{name} [mm]", "font": {"size": 12, "color": COLOURS["muted"]}},
+            "range": [round(low), round(high)],
+            "tickfont": {"size": 10, "color": COLOURS["muted"]},
+            "nticks": 6, "tickformat": "d", "showspikes": False, "backgroundcolor": COLOURS["wash"],
+            "showbackground": name == "z", "gridcolor": COLOURS["line"],
+            "zerolinecolor": COLOURS["ghost"],
+        }
+    return {
+        "scene": {**axes, "aspectmode": "data", "dragmode": "orbit"},
+        "showlegend": False, "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
+        "paper_bgcolor": COLOURS["paper"],
+        "font": {"family": "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif"},
+    }

@@ -1,0 +1,182 @@
+"""Rows of the tables: standard errors, margins, support, criteria.
+
+In: plan and other assessments. Out: rows of text with the length of their bars.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastocal.assessment import TOLERANCE, Assessment, describe
+from elastocal.criteria import CRITERIA
+from elastocal.planning import Plan
+from elastocal.report.units import (
+    compliance_unit,
+    fixed,
+    joint_unit,
+    joint_value,
+    length,
+    length_unit,
+    number,
+    percent,
+    vector,
+    words,
+)
+
+_MOST_SUPPORT = 8
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of a table.
+
+    Attributes:
+        cells: Text of the cells, the first one names the line.
+        share: Length of its bar between 0 and 1.
+        state: "", "active" or "broken".
+    """
+
+    cells: tuple[str, ...]
+    share: float = 0.0
+    state: str = ""
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table with a bar in each line.
+
+    Attributes:
+        heads: Text above the cells.
+        rows: The lines.
+        caption: What it shows.
+        others: How many further lines were left out.
+    """
+
+    heads: tuple[str, ...]
+    rows: tuple[Row, ...]
+    caption: str = ""
+    others: int = 0
+
+
+def standard_errors(plan: Plan) -> list[Table]:
+    """Standard errors of angular and of linear compliances, apart because units differ."""
+    springs, errors = plan.study.springs, plan.assessment.standard_error
+    tables = []
+    for prismatic in (False, True):
+        chosen = np.flatnonzero(springs.prismatic == prismatic)
+        if not len(chosen):
+            continue
+        factor, unit = compliance_unit(prismatic)
+        finite = errors[chosen][np.isfinite(errors[chosen])]
+        largest = float(finite.max()) if len(finite) else 1.0
+        rows = tuple(
+            Row((springs.names[i], number(factor * errors[i])), _share(errors[i] / largest))
+            for i in chosen
+        )
+        kind = "linear" if prismatic else "angular"
+        tables.append(Table(("Joint", f"Standard error [{unit}]"), rows, f"{kind} springs"))
+    return tables
+
+
+def margins(plan: Plan) -> Table:
+    """Nearest constraint of every configuration."""
+    largest: dict[str, float] = {}
+    for near in plan.assessment.nearest:
+        largest[near.unit] = max(largest.get(near.unit, 0.0), near.margin)
+    rows = []
+    for i, near in enumerate(plan.assessment.nearest):
+        state = "broken" if near.margin < -TOLERANCE else "active" if near.margin < TOLERANCE else ""
+        room = describe(near.margin, near.unit).replace("-", "−")
+        shown = {"broken": f"{room}: broken", "active": "on the limit", "": room}[state]
+        share = _share(near.margin / largest[near.unit]) if not state else 0.0
+        rows.append(Row((str(i + 1), words(near.name), shown), share, state))
+    return Table(("No.", "Nearest constraint", "Room left"), tuple(rows))
+
+
+def support(plan: Plan) -> Table | None:
+    """Load cases of the continuous design behind the bound, largest weights first."""
+    certificate, robot = plan.certificate, plan.study.robot
+    cases, weights = certificate.support, certificate.weights
+    if cases is None or weights is None or not len(weights):
+        return None
+    order = np.argsort(-weights)[:_MOST_SUPPORT]
+    turns = [(name, bool(slides)) for name, slides in
+             zip(robot.joint_names, robot.prismatic, strict=True)]
+    heads = ("Weight", *(f"{name} [{joint_unit(slides)}]" for name, slides in turns), "Force [N]")
+    rows = []
+    for i in order:
+        values = [_short_joint(v, s) for v, (_, s) in zip(cases.q[i], turns, strict=True)]
+        cells = (f"{fixed(100.0 * weights[i], 1)} %", *values, vector(cases.wrench[i, :3]))
+        rows.append(Row(cells, _share(weights[i] / weights.max())))
+    return Table(heads, tuple(rows), others=len(weights) - len(order))
+
+
+def peak(plan: Plan) -> Table | None:
+    """Configuration where the sensitivity is largest."""
+    case, robot = plan.certificate.peak, plan.study.robot
+    if case is None:
+        return None
+    rows = [
+        Row((joint.name, f"{joint_value(float(v), joint.prismatic)} {joint_unit(joint.prismatic)}"))
+        for joint, v in zip(robot.joints, case.q[0], strict=True)
+    ]
+    rows.append(Row(("Force", f"{vector(case.wrench[0, :3])} N")))
+    if np.any(case.wrench[0, 3:]):
+        rows.append(Row(("Torque", f"{vector(case.wrench[0, 3:], 1)} N·m")))
+    return Table(("Joint", "Value"), tuple(rows))
+
+
+def criteria(plan: Plan, others: Mapping[str, Assessment]) -> Table:
+    """Every criterion's value for this plan and for others."""
+    heads = ("Criterion", "What it measures", "Better", "Unit", "This plan", *others)
+    rows = []
+    for name, value in plan.assessment.criteria.items():
+        meaning = CRITERIA[name][1] if name in CRITERIA else ""
+        better = "larger" if name in ("O1", "O2", "O3", "O4") else "smaller"
+        values = [value, *(other.criteria.get(name, np.nan) for other in others.values())]
+        factor, unit = _criterion_unit(plan, name, values)
+        shown = tuple(number(factor * v) for v in values)
+        state = "chosen" if name == plan.criterion else ""
+        rows.append(Row((name, meaning, better, unit, *shown), state=state))
+    return Table(heads, tuple(rows))
+
+
+def test_pose_errors(plan: Plan) -> Table:
+    """Error at each test pose."""
+    errors = plan.assessment.rho0_each
+    largest = max((e for e in errors if np.isfinite(e)), default=1.0)
+    weights = np.array([pose.weight for pose in plan.study.test_poses])
+    rows = tuple(
+        Row((pose.name, percent(weight), length(error)), _share(error / largest))
+        for pose, weight, error in zip(
+            plan.study.test_poses, weights / weights.sum(), errors, strict=True
+        )
+    )
+    return Table(("Test pose", "Weight", "Position error"), rows)
+
+
+def _criterion_unit(plan: Plan, name: str, values: Sequence[float]) -> tuple[float, str]:
+    """Factor and unit for the values of a criterion as `criteria.losses` gives them."""
+    if name in ("test-pose", "worst", "G"):
+        return length_unit(values)
+    sliding = plan.study.springs.prismatic
+    if name in ("A", "D", "E"):
+        mixed = bool(sliding.any() and not sliding.all())
+        return (1e9, "10⁻⁹ SI, mixed") if mixed else compliance_unit(bool(sliding.all()))
+    if sliding.any():
+        return 1.0, "SI" if name != "O2" else ""
+    return 1.0, {"O2": "", "O5": "1/(N·m²)"}.get(name, "N·m²")
+
+
+def _short_joint(value: float, prismatic: bool) -> str:
+    return fixed(1e3 * value, 1) if prismatic else fixed(float(np.degrees(value)), 1)
+
+
+def _share(value: float) -> float:
+    return float(np.clip(value, 0.0, 1.0)) if np.isfinite(value) else 1.0
+
+
+test_pose_errors.__test__ = False  # type: ignore[attr-defined]

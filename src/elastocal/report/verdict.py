@@ -1,0 +1,153 @@
+"""What a plan achieves, in plain sentences.
+
+In: plan, random plans. Out: words and the few numbers that matter most.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastocal.arrays import Array
+from elastocal.planning import Certificate, Plan
+from elastocal.report.units import given, length, number, percent
+
+
+@dataclass(frozen=True)
+class Tile:
+    """One number that matters.
+
+    Attributes:
+        name: What it is.
+        value: The number with its unit.
+        meaning: One sentence.
+    """
+
+    name: str
+    value: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The first thing one reads.
+
+    Attributes:
+        work: What is to be done.
+        rho0: The figure of merit, number and unit apart.
+        meaning: What that number is.
+        tiles: The next few numbers.
+        proof: Sentences about the certificate.
+        advice: Sentences about what limits the plan's worth.
+    """
+
+    work: str
+    rho0: tuple[str, str]
+    meaning: str
+    tiles: tuple[Tile, ...]
+    proof: tuple[str, ...]
+    advice: tuple[str, ...]
+
+
+def verdict(plan: Plan, random: Array | None) -> Verdict:
+    """What `plan` achieves; `random` (K,) are errors of random plans [m]."""
+    study, rho0 = plan.study, plan.assessment.rho0
+    m, s = plan.count, len(plan.load_cases)
+    work = (
+        f"{_counted(m, 'experiment')} in {_counted(s, 'configuration')}, "
+        f"to identify {_counted(len(study.springs), 'compliance')}"
+    )
+    where = "the test pose" if len(study.test_poses) == 1 else "the test poses"
+    meaning = (
+        f"Root mean square position error that is left at {where} after compensation, "
+        f"because measurements are noisy (σ = {given(study.sigma)} per axis)."
+    )
+    shown = length(rho0).split(" ") if np.isfinite(rho0) else ["∞", ""]
+    return Verdict(
+        work, (shown[0], shown[1]), meaning, tuple(_tiles(plan, random)),
+        tuple(proof(plan.certificate)), tuple(_advice(plan)),
+    )
+
+
+def proof(certificate: Certificate) -> list[str]:
+    """What kind of certificate it is, in honest words."""
+    if certificate.kind == "none":
+        return [
+            f"Criterion {certificate.criterion} has no certificate: it is not concave, so no bound "
+            "on other plans exists. This is the best plan the search found; a better one is possible."
+        ]
+    if certificate.kind != "numerical":
+        return [f"Certificate of kind {certificate.kind}."]
+    fresh, attained = certificate.fresh_starts, certificate.attained
+    said = (
+        f"Numerical certificate: {fresh} fresh random starts searched for an experiment that would "
+        "refute the bound, and failed; "
+    )
+    if attained > 1:
+        said += f"{attained} of them reached the same maximum."
+    elif attained == 1:
+        said += "only one of them reached the same maximum, so trust it less."
+    else:
+        said += "none of them reached the maximum itself, so trust it less and plan with another seed."
+    sentences = [said + " It rests on that search, not on a proof."]
+    if certificate.floored:
+        sentences.append(
+            "A floor was used: the best design for this criterion would leave some compliances "
+            "undetermined, so the search kept a little information on each. The bound itself is "
+            "for the criterion without the floor; what the floor costs is part of the efficiency."
+        )
+    return sentences
+
+
+def bound_of(plan: Plan) -> float | None:
+    """Lower bound on ρ0 [m] if the certificate speaks of ρ0."""
+    certificate = plan.certificate
+    speaks = certificate.criterion == "test-pose" and certificate.kind != "none"
+    return certificate.lower_bound if speaks and certificate.lower_bound > 0.0 else None
+
+
+def _tiles(plan: Plan, random: Array | None) -> list[Tile]:
+    """Bound, efficiency, random plans, instrument: as far as they are known."""
+    certificate, rho0, m = plan.certificate, plan.assessment.rho0, plan.count
+    bound = bound_of(plan)
+    tiles = []
+    if bound is not None:
+        tiles.append(
+            Tile("Lower bound", length(bound), f"No plan with {_counted(m, 'experiment')} can do better.")
+        )
+    if np.isfinite(certificate.efficiency):
+        saved = max(0.0, 100.0 * (1.0 - certificate.efficiency))
+        under = "" if bound is not None else f" under criterion {certificate.criterion}"
+        meaning = f"At best {number(saved, 2)} % of the experiments could be saved{under}."
+        if saved < 0.01:
+            meaning = f"There is nothing left to gain{under}."
+        tiles.append(Tile("Efficiency", percent(certificate.efficiency), meaning))
+    if random is not None and len(random) and np.isfinite(rho0):
+        factor = float(np.median(random)) / rho0
+        if np.isfinite(factor):
+            meaning = (
+                "Median error of random feasible plans over this one. A random plan would need "
+                f"about {number(factor**2, 2)} times as many experiments."
+            )
+            tiles.append(Tile("Against random", f"{number(factor, 2)} ×", meaning))
+        else:
+            meaning = "More than half of all random plans cannot tell the compliances apart."
+            tiles.append(Tile("Against random", "∞", meaning))
+    return tiles
+
+
+def _advice(plan: Plan) -> list[str]:
+    """What a reader should know before trusting ρ0."""
+    sentences = []
+    if not plan.assessment.identifiable:
+        sentences.append(
+            "These experiments do not tell all compliances apart. Use more or other configurations."
+        )
+    if plan.study.prior is not None and np.any(plan.study.prior):
+        sentences.append("Information there was before these experiments is counted in every number.")
+    return sentences
+
+
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
