@@ -187,8 +187,9 @@ def _finite_limits(robot: Robot, limits: Array) -> Array:
         if not joint.prismatic:
             limits[:, i] = np.where(np.isfinite(limits[:, i]), limits[:, i], [-np.pi, np.pi])
         if not limits[0, i] < limits[1, i]:
+            scale, unit = (1e3, " mm") if joint.prismatic else (180.0 / np.pi, "°")
             raise InputError(
-                f"joint {joint.name!r} has no room left between its limits "
-                f"{limits[0, i]:.6g} and {limits[1, i]:.6g}; check limits and margin"
+                f"joint {joint.name!r} has no room left: its lower limit with margin is "
+                f"{scale * limits[0, i]:.6g}{unit}, the upper one {scale * limits[1, i]:.6g}{unit}"
             )
     return limits

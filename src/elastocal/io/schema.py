@@ -237,9 +237,12 @@ def validate(document: Located) -> StudyFile:
     try:
         return StudyFile.model_validate(document.value)
     except ValidationError as error:
-        problems = [_describe(document, dict(entry)) for entry in error.errors()]
-        problems.sort(key=lambda problem: problem[0])
-        more = len({place for place, _ in problems}) - 1
+        entries = [dict(entry) for entry in error.errors()]
+        # A misspelt key is also reported as missing: one mistake, one message.
+        spoilt = {e["loc"][:-1] for e in entries if e["type"] == "extra_forbidden"}
+        entries = [e for e in entries if e["type"] != "missing" or e["loc"][:-1] not in spoilt]
+        problems = sorted(_describe(document, entry) for entry in entries)
+        more = len({line for (line, _), _ in problems}) - 1
         rest = f" (and {more} more line{'s' if more > 1 else ''} to mend)" if more > 0 else ""
         raise StudyError(problems[0][1] + rest) from None
 
@@ -262,12 +265,12 @@ def _describe(document: Located, error: dict[str, Any]) -> tuple[tuple[int, int]
     path = _real_path(document.value, error["loc"])
     where = document.where(path)
     line = int(where.rsplit(" ", 1)[1])
-    name = ".".join(str(part) for part in path)
+    name = _spell(path)
     kind = error["type"]
     if kind == "extra_forbidden":
         sentence = f"{where}: unknown key {path[-1]!r}{_suggestion(document.value, path)}"
     elif kind == "missing":
-        parent = ".".join(str(part) for part in path[:-1])
+        parent = _spell(path[:-1])
         sentence = f"{where}: key {path[-1]!r} is missing" + (f" in {parent}" if parent else "")
     elif kind == "literal_error":
         sentence = f"{where}: {name}: expected {error['ctx']['expected']}, found {error['input']!r}"
@@ -284,9 +287,15 @@ def _describe(document: Located, error: dict[str, Any]) -> tuple[tuple[int, int]
         if found is None:
             shown = "nothing"
         sentence = f"{where}: {name}: expected {expected}, found {shown}"
-    # An unknown key explains a missing one, so it comes first on the same line.
-    rank = 0 if kind == "extra_forbidden" else 1
-    return (line if kind != "missing" else line + 1_000_000 * rank, rank - len(path)), sentence
+    # A missing key has no line of its own, so it comes last; on one line the deepest comes first.
+    return (line + (1_000_000 if kind == "missing" else 0), -len(path)), sentence
+
+
+def _spell(path: Path_) -> str:
+    """'test_poses.q_deg, entry 2' for a path; entries of lists counted from 1, the last only."""
+    words = ".".join(part for part in path if isinstance(part, str))
+    last = path[-1] if path else ""
+    return f"{words}, entry {last + 1}" if isinstance(last, int) else words
 
 
 def _real_path(value: Any, location: tuple[str | int, ...]) -> Path_:
