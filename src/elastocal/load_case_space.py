@@ -170,8 +170,8 @@ class LoadCaseEvaluation:
         self._parts = [
             _Part(space, x[start : start + _CHUNK]) for start in range(0, max(len(x), 1), _CHUNK)
         ]
-        self.blocks = np.concatenate([part.blocks for part in self._parts])
-        self.margins = np.concatenate([part.margins for part in self._parts])
+        self.blocks = _joined([part.blocks for part in self._parts])
+        self.margins = _joined([part.margins for part in self._parts])
 
     def pull(self, block_cotangent: Array, margin_cotangent: Array) -> Array:
         """(N, d) gradient of a scalar with these gradients in `blocks` and `margins`."""
@@ -179,7 +179,11 @@ class LoadCaseEvaluation:
         for i, part in enumerate(self._parts):
             chosen = slice(i * _CHUNK, (i + 1) * _CHUNK)
             pulled.append(part.pull(block_cotangent[chosen], margin_cotangent[chosen]))
-        return np.concatenate(pulled)
+        return _joined(pulled)
+
+
+def _joined(arrays: list[Array]) -> Array:
+    return arrays[0] if len(arrays) == 1 else np.concatenate(arrays)
 
 
 class _Part:
@@ -195,7 +199,7 @@ class _Part:
         self.blocks /= space.sigma
         results = [constraint.at(posture) for constraint in space.constraints]
         margins = [margin for margin, _ in results]
-        self.gradients = [gradient for _, gradient in results]
+        self.pulls = [pull for _, pull in results]
         start, self.cones = n, []
         for load in (space.force, space.moment):
             if isinstance(load, FreeDirection) and load.is_cone:
@@ -210,8 +214,9 @@ class _Part:
         cotangent = np.ascontiguousarray(block_cotangent.transpose(1, 2, 0))
         cotangent /= self.space.sigma
         q_bar, wrench_bar = self.regressor.pull(cotangent)
-        for gradient, weight in zip(self.gradients, margin_cotangent.T, strict=False):
-            q_bar += gradient * weight
+        for pull, weight in zip(self.pulls, margin_cotangent.T, strict=False):
+            if weight.any():
+                q_bar += pull(weight)
         x = self.x.T
         if not self.space._free:
             return q_bar.T
@@ -223,7 +228,7 @@ class _Part:
             ]
         )
         for (start, slope), weight in zip(
-            self.cones, margin_cotangent.T[len(self.gradients) :], strict=True
+            self.cones, margin_cotangent.T[len(self.pulls) :], strict=True
         ):
             gradient[start : start + 3] += slope * weight
         return gradient.T

@@ -57,6 +57,8 @@ class Posture:
                 body[3] = frame[3]
             self.bodies.append(body)
         self.bodies.append(_attached(robot.links[n], body))
+        self._points: dict[bytes, Array] = {}
+        self._jacobians: dict[int, Array] = {}
 
     @property
     def count(self) -> int:
@@ -65,18 +67,28 @@ class Posture:
 
     def point(self, local: Array, body: int = -1) -> Array:
         """(3, N) position in the base frame of a point given in a body's frame [m]."""
-        return np.tensordot(np.append(local, 1.0), self.bodies[body], axes=1)
+        frame = self.bodies[body]
+        if body != -1:
+            return _combined(local, frame) + frame[3]
+        key = local.tobytes()  # regressor and constraints ask for the same few points
+        if key not in self._points:
+            self._points[key] = _combined(local, frame) + frame[3]
+        return self._points[key]
 
     def direction(self, local: Array, body: int = -1) -> Array:
         """(3, N) direction in the base frame of a direction given in a body's frame."""
-        return np.tensordot(np.asarray(local, dtype=float), self.bodies[body][:3], axes=1)
+        return _combined(local, self.bodies[body])
 
     def point_jacobian(self, point: Array) -> Array:
         """(3, n, N) velocity of a flange point (3, N) for a unit velocity of each joint."""
+        if id(point) in self._jacobians:
+            return self._jacobians[id(point)]
         velocity = cross(self.axes, point[:, None] - self.origins)
         slides = self.robot.prismatic
         if slides.any():
             velocity[:, slides] = self.axes[:, slides]
+        if any(point is known for known in self._points.values()):
+            self._jacobians[id(point)] = velocity
         return velocity
 
     def pull_point(self, point: Array, cotangent: Array) -> Array:
@@ -92,10 +104,15 @@ class Posture:
 
 def cross(a: Array, b: Array) -> Array:
     """Cross product along the first axis, (3, ...)."""
-    result = np.empty(np.broadcast_shapes(a.shape, b.shape))
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        np.multiply(a[j], b[k], out=result[i])
-        result[i] -= a[k] * b[j]
+    (a0, a1, a2), (b0, b1, b2) = a, b
+    result = np.empty((3, *np.broadcast(a0, b0).shape))
+    x, y, z = result
+    np.multiply(a1, b2, out=x)
+    x -= a2 * b1
+    np.multiply(a2, b0, out=y)
+    y -= a0 * b2
+    np.multiply(a0, b1, out=z)
+    z -= a1 * b0
     return result
 
 
@@ -105,6 +122,11 @@ def dot(a: Array, b: Array) -> Array:
     result += a[1] * b[1]
     result += a[2] * b[2]
     return result
+
+
+def _combined(local: Array, frame: Array) -> Array:
+    """(3, N) local[0] x + local[1] y + local[2] z of a frame (4, 3, N)."""
+    return (local @ frame[:3].reshape(3, -1)).reshape(3, -1)
 
 
 def _attached(link: Array, body: Array) -> Array:

@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 import abc
+from collections.abc import Callable
+
+import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.posture import Posture
 from elastocal.robot import Robot
+
+
+Pull = Callable[[Array], Array]
 
 
 class Constraint(abc.ABC):
@@ -21,9 +27,17 @@ class Constraint(abc.ABC):
     unit: str
 
     @abc.abstractmethod
-    def at(self, posture: Posture) -> tuple[Array, Array]:
-        """Margins (N,) and their gradients (n, N) for N postures."""
+    def at(self, posture: Posture) -> tuple[Array, Pull]:
+        """Margins (N,) of N postures, and their gradients as a function.
+
+        The function takes weights (N,) and returns the gradients in q times these, (n, N). Most
+        margins are not near zero most of the time, so gradients are made only when asked for.
+        """
 
     def margin(self, robot: Robot, q: Array) -> Array:
         """(N,) margins of configurations `q`, (N, n); feasible where >= 0."""
         return self.at(Posture(robot, q))[0]
+
+    def gradient(self, robot: Robot, q: Array) -> Array:
+        """(N, n) gradients of the margins of configurations `q`, (N, n)."""
+        return self.at(Posture(robot, q))[1](np.ones(len(q))).T

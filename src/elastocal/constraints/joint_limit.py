@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.constraints.base import Constraint
+from elastocal.constraints.base import Constraint, Pull
 from elastocal.posture import Posture
 
 
@@ -17,7 +17,10 @@ class JointLimit(Constraint):
         self.name, self.unit = name, unit
         self.joint, self.bound, self.sign = joint, bound, -1.0 if upper else 1.0
 
-    def at(self, posture: Posture) -> tuple[Array, Array]:
-        gradient = np.zeros_like(posture.q)
-        gradient[self.joint] = self.sign
-        return self.sign * (posture.q[self.joint] - self.bound), gradient
+    def at(self, posture: Posture) -> tuple[Array, Pull]:
+        def pull(weights: Array) -> Array:
+            gradient = np.zeros_like(posture.q)
+            gradient[self.joint] = self.sign * weights
+            return gradient
+
+        return self.sign * (posture.q[self.joint] - self.bound), pull

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from elastocal.arrays import Array, frozen
-from elastocal.constraints.base import Constraint
+from elastocal.constraints.base import Constraint, Pull
 from elastocal.posture import Posture
 
 
@@ -21,12 +21,17 @@ class Elevation(Constraint):
         self.name, self.unit = name, "rad"
         self.axis, self.limit = _unit(axis), limit
 
-    def at(self, posture: Posture) -> tuple[Array, Array]:
+    def at(self, posture: Posture) -> tuple[Array, Pull]:
         axis = posture.direction(self.axis)
         rise = np.clip(axis[2], -1.0, 1.0)
-        steepness = np.zeros_like(axis)
-        steepness[2] = -np.sign(rise) / np.sqrt(np.maximum(1.0 - rise**2, 1e-6))
-        return self.limit - np.abs(np.arcsin(rise)), posture.pull_direction(axis, steepness)
+
+        def pull(weights: Array) -> Array:
+            steepness = np.zeros_like(axis)
+            slope = -np.sign(rise) / np.sqrt(np.maximum(1.0 - rise**2, 1e-6))
+            steepness[2] = slope * weights
+            return posture.pull_direction(axis, steepness)
+
+        return self.limit - np.abs(np.arcsin(rise)), pull
 
 
 class Tilt(Constraint):
@@ -37,11 +42,15 @@ class Tilt(Constraint):
         self.name, self.unit = name, "rad"
         self.axis, self.towards, self.limit = _unit(axis), _unit(towards), limit
 
-    def at(self, posture: Posture) -> tuple[Array, Array]:
+    def at(self, posture: Posture) -> tuple[Array, Pull]:
         axis = posture.direction(self.axis)
         cosine = np.clip(self.towards @ axis, -1.0, 1.0)
-        steepness = self.towards[:, None] / np.sqrt(np.maximum(1.0 - cosine**2, 1e-6))
-        return self.limit - np.arccos(cosine), posture.pull_direction(axis, steepness)
+
+        def pull(weights: Array) -> Array:
+            slope = weights / np.sqrt(np.maximum(1.0 - cosine**2, 1e-6))
+            return posture.pull_direction(axis, np.multiply.outer(self.towards, slope))
+
+        return self.limit - np.arccos(cosine), pull
 
 
 def _unit(vector: ArrayLike) -> Array:

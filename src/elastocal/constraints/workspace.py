@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from elastocal.arrays import Array, frozen
-from elastocal.constraints.base import Constraint
+from elastocal.constraints.base import Constraint, Pull
 from elastocal.posture import Posture
 
 
@@ -20,10 +20,13 @@ class HalfSpace(Constraint):
         self.point, self.normal = frozen(point), frozen(np.asarray(normal) / length)
         self.offset = offset / length
 
-    def at(self, posture: Posture) -> tuple[Array, Array]:
+    def at(self, posture: Posture) -> tuple[Array, Pull]:
         point = posture.point(self.point)
-        normal = np.broadcast_to(self.normal[:, None], point.shape)
-        return self.normal @ point - self.offset, posture.pull_point(point, normal)
+
+        def pull(weights: Array) -> Array:
+            return posture.pull_point(point, np.multiply.outer(self.normal, weights))
+
+        return self.normal @ point - self.offset, pull
 
 
 class MinRadius(Constraint):
@@ -37,9 +40,13 @@ class MinRadius(Constraint):
         self.name, self.unit = name, "m"
         self.point, self.radius = frozen(point), radius
 
-    def at(self, posture: Posture) -> tuple[Array, Array]:
+    def at(self, posture: Posture) -> tuple[Array, Pull]:
         point = posture.point(self.point)
-        distance = np.hypot(point[0], point[1])
-        outward = point / np.maximum(distance, 1e-12)
-        outward[2] = 0.0
-        return distance - self.radius, posture.pull_point(point, outward)
+        distance = np.sqrt(point[0] ** 2 + point[1] ** 2)
+
+        def pull(weights: Array) -> Array:
+            outward = point * (weights / np.maximum(distance, 1e-12))
+            outward[2] = 0.0
+            return posture.pull_point(point, outward)
+
+        return distance - self.radius, pull

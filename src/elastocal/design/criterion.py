@@ -33,6 +33,10 @@ class Criterion(abc.ABC):
     def gradient(self, information: Array) -> Array:
         """(B, p, p) symmetric gradients."""
 
+    def both(self, information: Array) -> tuple[Array, Array]:
+        """Values and gradients; a criterion may share work between the two."""
+        return self.value(information), self.gradient(information)
+
 
 class InformationFunction(Criterion):
     """A concave, monotone, homogeneous criterion: it can be certified.

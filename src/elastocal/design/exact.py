@@ -17,7 +17,7 @@ from elastocal.arrays import Array, IntArray
 from elastocal.design.approximate import interior_point
 from elastocal.design.continuous import ContinuousDesign
 from elastocal.design.criterion import Criterion, InformationFunction
-from elastocal.design.lockstep import Step, minimise
+from elastocal.design.lockstep import Stages, Step, minimise
 from elastocal.design.oracle import restore
 from elastocal.design.rounding import apportion
 from elastocal.design.space import DesignSpace, information
@@ -46,13 +46,13 @@ class Effort:
         batch: Plans per generation.
         generations: Most generations.
         patience: Generations without gain after which to stop.
-        stages: (iterations, share kept) of the refinement inside a generation.
+        stages: (evaluations, share kept) of the refinement inside a generation.
     """
 
     batch: int = 96
     generations: int = 12
     patience: int = 4
-    stages: tuple[tuple[int, float], ...] = ((40, 0.33), (60, 0.3), (60, 1.0))
+    stages: tuple[tuple[int, float], ...] = ((30, 0.33), (40, 0.4), (60, 1.0))
 
 
 class Plans:
@@ -91,10 +91,10 @@ def refine(
     base: Array,
     plans: Plans,
     *,
-    iterations: int,
+    stages: Stages,
     tolerance: float = 1e-10,
 ) -> Plans:
-    """Move the points of every plan to a local optimum under the constraints."""
+    """Move the points of plans to local optima under the constraints; keep the best plans."""
     batch, s, d = plans.x.shape
 
     def problem(flat: Array, which: IntArray) -> Step:
@@ -104,8 +104,9 @@ def refine(
         rows = evaluation.blocks.shape[1]
         repeats = np.repeat(counts, rows, axis=1)[:, :, None].astype(float)
         total = base + blocks.transpose(0, 2, 1) @ (blocks * repeats)
-        value = np.maximum(criterion.value(total), _TINY)
-        gradient = criterion.gradient(total) * (-2.0 / value)[:, None, None]
+        value, slope = criterion.both(total)
+        value = np.maximum(value, _TINY)
+        gradient = slope * (-2.0 / value)[:, None, None]
         cotangent = ((blocks @ gradient) * repeats).reshape(evaluation.blocks.shape)
         margins = evaluation.margins.reshape(len(which), -1)
 
@@ -120,11 +121,12 @@ def refine(
         plans.x.reshape(batch, -1),
         np.tile(space.lower, s),
         np.tile(space.upper, s),
-        iterations=iterations,
+        stages=stages,
         tolerance=tolerance,
     )
-    x = restore(space, found.x.reshape(-1, d)).reshape(batch, s, d)
-    return Plans(x, plans.counts, values(space, criterion, base, x, plans.counts))
+    x = restore(space, found.x.reshape(-1, d)).reshape(-1, s, d)
+    counts = plans.counts[found.index]
+    return Plans(x, counts, values(space, criterion, base, x, counts))
 
 
 def values(
@@ -171,19 +173,22 @@ def exact_design(
     idle = 0
     for generation in range(1, effort.generations):
         children = breeder.evolve(breeder.children(elite, effort.batch), effort)
-        merged = elite.join(children).best(_ELITE, apart=1e-7)
+        merged = elite.join(children).best(_ELITE, apart=_APART)
         gain = merged.value[0] / max(elite.value[0], _TINY) - 1.0
         elite, idle = merged, idle + 1 if gain < 1e-5 else 0
         if progress is not None:
             progress("exact plan", generation / effort.generations)
         if idle >= effort.patience or breeder.cannot_improve(elite.value[0]):
             break
-    final = refine(space, criterion, base, elite.best(6), iterations=300, tolerance=1e-13)
+    polished = elite.best(6)
+    final = refine(space, criterion, base, polished, stages=((300, 6),), tolerance=1e-13)
     return _tidy(elite.join(final).best(1))
 
 
 _TINY = np.finfo(float).tiny
 _ELITE = 24
+_APART = 3e-5  # plans with values closer than this (relative) are taken for the same plan
+_TRIES = 2  # random points of which the best replaces one of an elite plan
 
 
 class _Breeder:
@@ -202,6 +207,9 @@ class _Breeder:
         self.space, self.criterion, self.rng, self.base = space, criterion, rng, base
         self.count, self.distinct, self.continuous = count, distinct, continuous
         self.pool = space.sample(2000, rng)
+        self.random = len(self.pool)
+        if continuous is not None:
+            self.pool = np.concatenate([self.pool, continuous.x])
         self.informations = information(space.evaluate(self.pool).blocks)
         self.rounding = (
             continuous is not None
@@ -221,11 +229,13 @@ class _Breeder:
 
     def evolve(self, plans: Plans, effort: Effort) -> Plans:
         """Refine in stages, keeping the better share of the batch after each."""
-        for iterations, share in effort.stages:
-            plans = refine(
-                self.space, self.criterion, self.base, plans, iterations=iterations
-            ).best(max(4, int(share * len(plans))))
-        return plans.best(_ELITE, apart=1e-7)
+        stages = []
+        left = len(plans)
+        for evaluations, share in effort.stages:
+            left = max(4, int(share * left))
+            stages.append((evaluations, left))
+        refined = refine(self.space, self.criterion, self.base, plans, stages=stages)
+        return refined.best(_ELITE, apart=_APART)
 
     def cannot_improve(self, value: float) -> bool:
         """Whether the certificate leaves less than 1e-5 to gain."""
@@ -237,7 +247,7 @@ class _Breeder:
         """The best of many random plans from the pool, `batch` times."""
         tries = 50
         size = (batch, tries, self.distinct)
-        index = self.rng.integers(0, len(self.pool), size)
+        index = self.rng.integers(0, self.random, size)
         counts = self._random_counts(batch * tries).reshape(size)
         value = np.concatenate(
             [
@@ -274,6 +284,8 @@ class _Breeder:
         """Elite plans with one point replaced, or a repeat moved to another point."""
         parents = self.rng.integers(0, len(elite), batch)
         x, counts = elite.x[parents].copy(), elite.counts[parents].copy()
+        each = information(self.space.evaluate(x.reshape(-1, x.shape[2])).blocks)
+        each = each.reshape(*x.shape[:2], *each.shape[1:])
         for b in range(batch):
             used = np.flatnonzero(counts[b])
             if self.count > self.distinct and self.rng.random() < 0.5:
@@ -283,8 +295,20 @@ class _Breeder:
                 counts[b, source] -= 1
                 counts[b, target] += 1
             else:
-                x[b, self.rng.choice(used)] = self.pool[self.rng.integers(len(self.pool))]
+                out = self.rng.choice(used)
+                rest = self.base + np.einsum("s,sij->ij", counts[b], each[b])
+                rest = rest - counts[b, out] * each[b, out]
+                tries = self._newcomers()
+                value = self.criterion.value(rest + counts[b, out] * self.informations[tries])
+                x[b, out] = self.pool[tries[np.argmax(value)]]
         return Plans(x, counts)
+
+    def _newcomers(self) -> IntArray:
+        """A few points of the pool: random ones, or of the support of the continuous design."""
+        support = len(self.pool) - self.random
+        if support and self.rng.random() < 0.4:
+            return self.random + self.rng.integers(0, support, _TRIES)
+        return self.rng.integers(0, self.random, _TRIES)
 
     def _random_counts(self, batch: int) -> IntArray:
         counts = np.ones((batch, self.distinct), dtype=np.int64)

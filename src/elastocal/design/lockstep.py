@@ -11,7 +11,7 @@ Source: Nocedal & Wright, Numerical Optimization, ch. 6 and 17; the lockstep for
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -29,6 +29,9 @@ class Step(NamedTuple):
     pull: Callable[[Array], Array]  # (B, C) multipliers -> (B, D) gradient of value - Σ λ g
 
 
+Stages = Sequence[tuple[int, int]]
+"""(evaluations, problems to keep then), in turn."""
+
 Problem = Callable[[Array, IntArray], Step]
 """(x (B, D), which problems (B,)) -> Step."""
 
@@ -39,6 +42,7 @@ class Minimum(NamedTuple):
     x: Array  # (B, D)
     value: Array  # (B,)
     violation: Array  # (B,) largest constraint violation
+    index: IntArray  # (B,) which of the starts they come from
 
 
 def minimise(
@@ -47,35 +51,49 @@ def minimise(
     lower: Array,
     upper: Array,
     *,
-    iterations: int,
+    stages: Stages,
     tolerance: float = 0.0,
     reach: float = 0.5,
 ) -> Minimum:
     """Minimise B problems from the starts `x`, (B, D), within bounds and margins.
+
+    Where only the best of many starts matter, most can be given up early: each stage advances the
+    batch and then keeps the problems of lowest merit.
 
     Args:
         problem: Objective, margins and gradients, in units in which 1 is a large change.
         x: (B, D) starts.
         lower: (D,) lower bounds.
         upper: (D,) upper bounds.
-        iterations: Evaluations of the batch.
+        stages: (evaluations of the batch, how many problems to keep then) in turn.
         tolerance: A problem rests once ten iterations gain less than this and no margin is
             violated by more than its root.
         reach: Longest step in one variable.
     """
     state = _State(problem, np.clip(x, lower, upper), lower, upper, reach)
-    result = state.snapshot()
-    for iteration in range(iterations):
-        state.advance()
-        if iteration % 10 == 9:
-            done = state.update_multipliers(tolerance)
-            if done.any():
-                state.store(result)
-                state.keep(~done)
-                if not len(state.index):
-                    break
-    state.store(result)
-    return result
+    rested = state.snapshot(np.zeros(len(x), dtype=bool))
+    for iterations, kept in stages:
+        for iteration in range(iterations):
+            if not len(state.index):
+                break
+            state.advance()
+            if iteration % 10 == 9:
+                done = state.update_multipliers(tolerance)
+                if done.any():
+                    rested = _joined(rested, state.snapshot(done))
+                    state.keep(~done)
+        room = max(kept - len(rested.index), 0)
+        if room < len(state.index):
+            best = np.zeros(len(state.index), dtype=bool)
+            best[np.argsort(state.merit, kind="stable")[:room]] = True
+            state.keep(best)
+    found = _joined(rested, state.snapshot(np.ones(len(state.index), dtype=bool)))
+    order = np.argsort(found.index)
+    return Minimum(*(values[order] for values in found))
+
+
+def _joined(first: Minimum, second: Minimum) -> Minimum:
+    return Minimum(*(np.concatenate(pair) for pair in zip(first, second, strict=True)))
 
 
 _BATCHED = (
@@ -107,13 +125,8 @@ class _State:
         self.length = np.ones(batch)
         self._aim(np.ones(batch, dtype=bool))
 
-    def snapshot(self) -> Minimum:
-        return Minimum(self.x.copy(), self.value.copy(), self._violation())
-
-    def store(self, result: Minimum) -> None:
-        result.x[self.index] = self.x
-        result.value[self.index] = self.value
-        result.violation[self.index] = self._violation()
+    def snapshot(self, mask: BoolArray) -> Minimum:
+        return Minimum(self.x[mask], self.value[mask], self._violation()[mask], self.index[mask])
 
     def keep(self, mask: BoolArray) -> None:
         for name in _BATCHED:
@@ -137,7 +150,8 @@ class _State:
         rise = np.where(np.isfinite(merit), merit - self.merit - slope, np.inf)
         self.merit = np.where(good, merit, self.merit)
         with np.errstate(divide="ignore", invalid="ignore"):
-            shrink = np.clip(np.nan_to_num(-0.5 * slope / rise), 0.1, 0.5)
+            shrink = -0.5 * slope / rise
+        shrink = np.clip(np.where(np.isfinite(shrink), shrink, 0.5), 0.1, 0.5)
         stuck = ~good & (self.length < 1e-6)
         self.inverse[stuck] = np.eye(self.size)
         self.fresh |= stuck

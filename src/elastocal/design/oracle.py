@@ -36,7 +36,8 @@ def climb(space: DesignSpace, x: Array, gradient: Array, *, iterations: int) -> 
         cotangent = (image @ (root.T * (-2.0 / level))).reshape(n, r, p)
         return Step(value, evaluation.margins, lambda weights: evaluation.pull(cotangent, -weights))
 
-    found = minimise(problem, x, space.lower, space.upper, iterations=iterations, tolerance=1e-9)
+    stages = ((iterations, len(x)),)
+    found = minimise(problem, x, space.lower, space.upper, stages=stages, tolerance=1e-9)
     feasible = restore(space, found.x)
     return feasible, sensitivity(space, feasible, root)
 

@@ -30,7 +30,11 @@ class TestPosePrecision(InformationFunction):
             return np.where(loss > 0.0, 1.0 / loss, np.inf)
 
     def gradient(self, information: Array) -> Array:
+        return self.both(information)[1]
+
+    def both(self, information: Array) -> tuple[Array, Array]:
         inverse = scaled_inverse(information)
         pulled = inverse @ self.weight @ inverse
         loss = np.einsum("bij,ij->b", inverse, self.weight)
-        return pulled / loss[:, None, None] ** 2
+        with np.errstate(divide="ignore"):
+            return 1.0 / loss, pulled / loss[:, None, None] ** 2

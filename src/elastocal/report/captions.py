@@ -10,7 +10,7 @@ import numpy as np
 from elastocal.arrays import Array
 from elastocal.comparison import TradeOff
 from elastocal.planning import Certificate, Plan
-from elastocal.report.surfaces import aperture_kinds, wall_kinds
+from elastocal.report.surfaces import APERTURES, WALLS
 from elastocal.report.units import length, number
 
 
@@ -75,7 +75,7 @@ def of_scene(plan: Plan) -> list[str]:
     said = []
     if missing:
         said.append(f"Given by its regressor, so without a picture: {', '.join(missing)}.")
-    drawn = (*wall_kinds, *aperture_kinds)
+    drawn = (*WALLS, *APERTURES)
     undrawn = [c.name for c in study.constraints if not isinstance(c, drawn)]
     if undrawn:
         said.append(f"Constraints without a picture: {', '.join(undrawn)}.")

@@ -15,7 +15,7 @@ from elastocal.arrays import Array
 from elastocal.report.svg import Scale, drawing, line, tag, text, tick_labels
 from elastocal.report.units import length, length_unit, number
 
-_HISTOGRAM, _LANE, _BINS = 84.0, 42.0, 34
+_HISTOGRAM, _LANE, _BINS = 84.0, 46.0, 34
 
 
 def comparison_chart(
@@ -64,13 +64,15 @@ class _Lanes:
         self.scale, self.factor, self.narrow, self.top, self.y = scale, factor, narrow, top, top
         self.parts: list[Markup] = []
 
-    def _label(self, words: str, middle: float, class_: str) -> None:
-        """Name of a lane: left of it, or above it where room is short."""
-        shown = words if len(words) <= 24 else words[:23] + "…"
-        if self.narrow:
-            self.parts.append(text(self.scale.end, self.y + 13.0, shown, class_, "end"))
-        else:
-            self.parts.append(text(self.scale.start - 14.0, middle + 4.5, shown, class_, "end"))
+    def _words(self, words: str, x: float, y: float, class_: str) -> None:
+        """Words over a mark at `x`, kept inside the picture."""
+        half = 3.6 * len(words)
+        x = min(max(x, self.scale.start + half), self.scale.end - half)
+        self.parts.append(text(x, y, words, class_, "middle"))
+
+    def _name(self, words: str, y: float, class_: str) -> None:
+        """Name of a lane, left of it."""
+        self.parts.append(text(self.scale.start - 14.0, y + 4.5, words, class_, "end"))
 
     def histogram(self, values: Array, name: str) -> None:
         """How many values fall where; what lies beyond the axis is counted in the last bar."""
@@ -78,7 +80,6 @@ class _Lanes:
         clipped = np.clip(self.factor * values, edges[0], edges[-1])
         counts, _ = np.histogram(clipped, edges)
         floor = self.y + _HISTOGRAM
-        self._label(name, floor - 0.45 * _HISTOGRAM, "lane")
         for count, a, b in zip(counts, edges[:-1], edges[1:], strict=True):
             if count:
                 x, height = self.scale(a), (_HISTOGRAM - 20.0) * count / counts.max()
@@ -89,29 +90,34 @@ class _Lanes:
         middle = float(np.median(values)) * self.factor
         x = self.scale(min(middle, self.scale.high))
         self.parts.append(line(x, self.y + 16.0, x, floor, "median"))
-        self.parts.append(text(x, self.y + 12.0, f"median {number(middle)}", "note", "middle"))
+        words = f"median {number(middle)}"
+        if self.narrow:
+            words = f"{name}, {words}"
+        else:
+            self._name(name, floor - 0.45 * _HISTOGRAM, "lane")
+        self._words(words, x, self.y + 12.0, "note")
         self.parts.append(line(self.scale.start, floor, self.scale.end, floor, "base"))
         self.y = floor + 6.0
 
     def plan(self, name: str, value: float, class_: str) -> None:
         """One plan as a mark on its line."""
-        step = _LANE + (8.0 if self.narrow else 0.0)
-        middle = self.y + step - 20.0
-        self._label(name, middle, f"lane {class_}")
-        self.parts.append(line(self.scale.start, middle, self.scale.end, middle, "track"))
-        if np.isfinite(value):
-            x = self.scale(self.factor * value)
-            size = 8.0 if class_ == "own" else 6.0
-            corners = f"{x},{middle - size} {x + size},{middle} {x},{middle + size} {x - size},{middle}"
-            self.parts.append(tag("polygon", points=corners, class_=f"mark {class_}"))
-            near_end = x > self.scale.end - 70.0
-            anchor, shift = ("end", -14.0) if near_end else ("start", 14.0)
-            words = number(self.factor * value)
-            self.parts.append(text(x + shift, middle - 5.0, words, f"value {class_}", anchor))
+        name = name if len(name) <= 24 else name[:23] + "…"
+        middle = self.y + _LANE - 16.0
+        finite = bool(np.isfinite(value))
+        words = number(self.factor * value) if finite else "does not identify every compliance"
+        if self.narrow:
+            words = f"{name}: {words}" if finite else f"{name}: not identifiable"
         else:
-            words = "does not identify every compliance"
-            self.parts.append(text(self.scale.end, middle - 5.0, words, "note", "end"))
-        self.y += step
+            self._name(name, middle, f"lane {class_}")
+        self.parts.append(line(self.scale.start, middle, self.scale.end, middle, "track"))
+        x = self.scale(self.factor * value) if finite else self.scale.end
+        if finite:
+            r = 8.0 if class_ == "own" else 6.0
+            corners = f"{x},{middle - r} {x + r},{middle} {x},{middle + r} {x - r},{middle}"
+            self.parts.append(tag("polygon", points=corners, class_=f"mark {class_}"))
+        beside = 5.0 if self.narrow else 12.0 + 3.6 * len(words)
+        self._words(words, x + beside, middle - (11.0 if self.narrow else 5.0), f"value {class_}")
+        self.y += _LANE
 
 
 def _frame(scale: Scale, lanes: _Lanes, unit: str, width: float) -> list[Markup]:
@@ -128,7 +134,9 @@ def _frame(scale: Scale, lanes: _Lanes, unit: str, width: float) -> list[Markup]
     return parts
 
 
-def _out_of_reach(scale: Scale, lanes: _Lanes, bound: float, left: float, unit: str) -> list[Markup]:
+def _out_of_reach(
+    scale: Scale, lanes: _Lanes, bound: float, left: float, unit: str
+) -> list[Markup]:
     """The region no plan can enter, and its edge."""
     x, top, bottom = scale(bound), 26.0, lanes.y + 2.0
     words = f"lower bound {number(bound)} {unit}"

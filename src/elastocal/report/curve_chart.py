@@ -44,16 +44,15 @@ def curve_chart(
     if known is not None:
         points = _path(across, up, counts, factor * known)
         parts.append(polyline(points, "bound"))
-        x, y = points[len(points) // 2]
-        parts.append(text(x, y + 26.0, "lower bound", "bound-name", "middle"))
+        x, y = points[-1]
+        parts.append(text(x, y + 22.0, "lower bound", "bound-name", "end"))
     points = _path(across, up, counts, factor * rho0)
     parts.append(polyline(points, "curve"))
     parts += [tag("circle", cx=x, cy=y, r=4.0, class_="dot") for x, y in points]
     x, y = across(own[0]), up(factor * own[1])
     corners = f"{x},{y - 9} {x + 9},{y} {x},{y + 9} {x - 9},{y}"
     parts.append(tag("polygon", points=corners, class_="mark own"))
-    anchor = "end" if x > _RIGHT - 60.0 else "middle"
-    parts.append(text(x + (9.0 if anchor == "end" else 0.0), y - 16.0, "this plan", "value own", anchor))
+    parts.append(text(min(x, _RIGHT - 22.0), y - 16.0, "this plan", "value own", "middle"))
     about = f"Root mean square position error over {axis}; this plan {length(own[1])}"
     return drawing(_WIDTH, _HEIGHT, about, *parts, class_="chart")
 

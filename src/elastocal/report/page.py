@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
@@ -27,8 +28,8 @@ from elastocal.report.picture import group, portrait
 from elastocal.report.range_chart import range_chart
 from elastocal.report.run_sheet import run_sheet, tool_points
 from elastocal.report.scene import scene
-from elastocal.report.stage import Stage, stage
-from elastocal.report.units import number
+from elastocal.report.stage import Figure, Stage, stage
+from elastocal.report.units import number, words
 from elastocal.report.verdict import bound_of, verdict
 
 _WIDE, _NARROW = 860.0, 350.0
@@ -49,6 +50,7 @@ def render(
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters["words"] = words
     drawn = stage(plan)
     return environment.get_template("page.html").render(
         plan=plan,
@@ -114,7 +116,8 @@ def _trade_off(plan: Plan, trade_off: TradeOff) -> list[tuple[str, Markup, str]]
             trade_off.configurations, trade_off.rho0_configurations, None, (few, own),
             f"configurations for {plan.count} experiments",
         )
-        curves.append(("More or fewer configurations", chart, captions.of_configurations(trade_off)))
+        said = captions.of_configurations(trade_off)
+        curves.append(("More or fewer configurations", chart, said))
     return curves
 
 
@@ -125,10 +128,15 @@ def _certificate(plan: Plan, drawn: Stage) -> dict[str, Any]:
         "exists": certificate.kind != "none",
         "ratio": number(certificate.peak_ratio, 6),
         "caption": captions.of_peak(certificate),
-        "picture": portrait(drawn.peak[0], drawn) if drawn.peak else None,
+        "picture": _alone(drawn.peak[0], drawn) if drawn.peak else None,
         "peak": tables.peak(plan),
         "support": tables.support(plan),
     }
+
+
+def _alone(figure: Figure, drawn: Stage) -> Markup:
+    """A figure at a scale of its own."""
+    return portrait(figure, replace(drawn, planned=(), tests=(), peak=(figure,)))
 
 
 def _two_widths(draw: Callable[[float], Markup]) -> Markup:

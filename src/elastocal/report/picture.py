@@ -17,6 +17,7 @@ from elastocal.report.svg import drawing, join, line, polyline, tag, text
 
 _AZIMUTH, _ELEVATION = np.radians(-52.0), np.radians(17.0)
 _GRID = 0.5  # floor squares [m]
+_LONGEST = 9  # letters of a load that fit beside its arrow
 
 
 class View:
@@ -32,8 +33,10 @@ class View:
         c, s = np.cos(_AZIMUTH), np.sin(_AZIMUTH)
         lift = np.array([-c * np.sin(_ELEVATION), -s * np.sin(_ELEVATION), np.cos(_ELEVATION)])
         self._axes = np.array([[-s, c, 0.0], -lift])
-        self.floor = min(0.0, float(stage.lower[2]) if stage.lower[2] < -0.1 * stage.size else 0.0)
         drawn = _drawn(stage)
+        bodies = [f.skeleton.points for f in (*stage.planned, *stage.tests, *stage.peak)]
+        lowest = float(np.vstack(bodies)[:, 2].min())
+        self.floor = lowest if lowest < -0.02 * stage.size else 0.0
         flat = drawn * [1.0, 1.0, 0.0] + [0.0, 0.0, self.floor]
         seen = np.vstack([drawn, flat]) @ self._axes.T
         low, high = seen.min(axis=0), seen.max(axis=0)
@@ -97,11 +100,12 @@ def _figure(figure: Figure, view: View, kind: str, *, labelled: bool) -> Markup:
         parts.append(tag("circle", cx=x, cy=y, r=2.8, class_="marker"))
     for vector, heads in ((figure.force, 1), (figure.moment, 2)):
         parts.append(_arrow(view, skeleton.load_point, vector, heads))
-    if labelled and figure.load:
+    if labelled and 0 < len(figure.load) <= _LONGEST:
         x, y = view((skeleton.load_point + figure.force)[None])[0]
-        start, anchor = (x + 7.0, "start") if x < view.width - 62.0 else (x - 7.0, "end")
-        parts.append(text(start, y, figure.load, "halo", anchor))
-        parts.append(text(start, y, figure.load, "load", anchor))
+        half = 4.2 * len(figure.load)
+        beside = x + 7.0 + half if x + 7.0 + 2.0 * half < view.width else x - 7.0 - half
+        beside = min(max(beside, half), view.width - half)
+        parts.append(text(beside, y, figure.load, "load", "middle"))
     return tag("g", *parts, class_=f"figure {kind}")
 
 
@@ -115,7 +119,7 @@ def _arrow(view: View, start: Array, along: Array, heads: int) -> Markup:
         return Markup("")
     unit = (b - a) / length
     side = np.array([-unit[1], unit[0]])
-    parts = [line(a[0], a[1], *(b - 5.0 * unit), "force")]
+    parts = [line(a[0], a[1], b[0] - 5.0 * unit[0], b[1] - 5.0 * unit[1], "force")]
     for k in range(heads):
         tip = b - 7.0 * k * unit
         corners = (tip, tip - 9.0 * unit + 4.2 * side, tip - 9.0 * unit - 4.2 * side)
@@ -129,7 +133,7 @@ def _origin(view: View, stage: Stage) -> Markup:
     parts = []
     for axis, name in zip(np.eye(3), "xyz", strict=True):
         start, end, word = view(np.outer([0.0, 0.16, 0.215], axis * stage.size))
-        parts.append(line(*start, *end, "axis"))
+        parts.append(line(start[0], start[1], end[0], end[1], "axis"))
         parts.append(text(word[0], word[1] + 4.0, name, "axis-name", "middle"))
     return join(parts)
 

@@ -10,49 +10,71 @@ from markupsafe import Markup
 
 from elastocal.planning import Plan
 from elastocal.report.svg import Scale, drawing, line, tag, text
-from elastocal.report.units import fixed, joint_unit
+from elastocal.report.units import fixed
+from elastocal.robot import Joint
 
 _RADIUS = 8.5
 
 
 def range_chart(plan: Plan, width: float) -> Markup:
     """Numbered configurations within the joint ranges the study allows."""
-    study = plan.study
-    assert study.limits is not None
+    joints = plan.study.robot.joints
     narrow = width < 500.0
-    names = [joint.name if len(joint.name) <= 16 else joint.name[:15] + "…"
-             for joint in study.robot.joints]
-    longest = max(len(name) for name in names)
-    left = 16.0 if narrow else 66.0 + min(8.5 * longest, 140.0)
-    right = width - (16.0 if narrow else 70.0)
+    longest = max(len(_short(joint.name)) for joint in joints)
+    room = 66.0 + 8.5 * longest + (24.0 if plan.study.robot.prismatic.any() else 0.0)
+    left, right = (16.0, width - 16.0) if narrow else (room, width - 70.0)
     parts: list[Markup] = []
     y = 4.0
-    for j, joint in enumerate(study.robot.joints):
-        low, high = (float(limit) for limit in study.limits[:, j])
-        scale = Scale(low, high, left, right)
-        places = [scale(min(max(float(v), low), high)) for v in plan.load_cases.q[:, j]]
-        levels = _levels(places)
-        top = y + (20.0 if narrow else 4.0)
-        middle = top + (2.0 * _RADIUS + 1.0) * max(levels) + _RADIUS + 2.0
-        unit, factor = joint_unit(joint.prismatic), 1e3 if joint.prismatic else 180.0 / np.pi
-        ends = [f"{fixed(factor * limit, 0)}{' mm' if unit == 'mm' else unit}" for limit in (low, high)]
-        if narrow:
-            parts.append(text(left, y + 15.0, f"{names[j]}   {ends[0]}", "lane"))
-            parts.append(text(right, y + 15.0, ends[1], "lane", "end"))
-        else:
-            parts.append(text(4.0, middle + 4.5, names[j], "lane strong"))
-            parts.append(text(left - 12.0, middle + 4.5, ends[0], "tick", "end"))
-            parts.append(text(right + 12.0, middle + 4.5, ends[1], "tick"))
-        parts.append(line(left, middle, right, middle, "range"))
-        if low < 0.0 < high:
-            parts.append(line(scale(0.0), middle - 6.0, scale(0.0), middle + 6.0, "zero"))
-        for i, (x, level) in enumerate(zip(places, levels, strict=True)):
-            height = middle - level * (2.0 * _RADIUS + 1.0)
-            parts.append(tag("circle", cx=x, cy=height, r=_RADIUS, class_="dot"))
-            parts.append(text(x, height + 4.0, str(i + 1), "in-dot", "middle"))
-        y = middle + _RADIUS + 9.0
+    for j in range(len(joints)):
+        row, y = _row(plan, j, y, left, right, narrow)
+        parts += row
     about = "Joint values of every configuration within the allowed ranges"
     return drawing(width, y + 2.0, about, *parts, class_="chart")
+
+
+def _row(
+    plan: Plan, j: int, y: float, left: float, right: float, narrow: bool
+) -> tuple[list[Markup], float]:
+    """Range of joint `j` from the height `y` down, and where the next one begins."""
+    study, joint = plan.study, plan.study.robot.joints[j]
+    assert study.limits is not None
+    low, high = (float(limit) for limit in study.limits[:, j])
+    scale = Scale(low, high, left, right)
+    places = [scale(min(max(float(v), low), high)) for v in plan.load_cases.q[:, j]]
+    levels = _levels(places)
+    step = 2.0 * _RADIUS + 1.0
+    middle = y + (20.0 if narrow else 4.0) + step * max(levels) + _RADIUS + 2.0
+    parts = _names(joint, low, high, left, right, y + 15.0 if narrow else middle + 4.5, narrow)
+    parts.append(line(left, middle, right, middle, "range"))
+    if low < 0.0 < high:
+        parts.append(line(scale(0.0), middle - 6.0, scale(0.0), middle + 6.0, "zero"))
+    for i, (x, level) in enumerate(zip(places, levels, strict=True)):
+        height = middle - level * step
+        parts.append(tag("circle", cx=x, cy=height, r=_RADIUS, class_="dot"))
+        parts.append(text(x, height + 4.0, str(i + 1), "in-dot", "middle"))
+    return parts, middle + _RADIUS + 9.0
+
+
+def _names(
+    joint: Joint, low: float, high: float, left: float, right: float, y: float, narrow: bool
+) -> list[Markup]:
+    """Name and limits: above the range where it is narrow, else beside it."""
+    factor = 1e3 if joint.prismatic else 180.0 / np.pi
+    unit = " mm" if joint.prismatic else "°"
+    ends = [f"{fixed(factor * limit, 0)}{unit}" for limit in (low, high)]
+    name = _short(joint.name)
+    if narrow:
+        ends[0] = f"{name}: from {ends[0]}"
+        return [text(left, y, ends[0], "lane"), text(right, y, f"to {ends[1]}", "lane", "end")]
+    return [
+        text(4.0, y, name, "lane strong"),
+        text(left - 12.0, y, ends[0], "tick", "end"),
+        text(right + 12.0, y, ends[1], "tick"),
+    ]
+
+
+def _short(name: str) -> str:
+    return name if len(name) <= 16 else name[:15] + "…"
 
 
 def _levels(places: list[float]) -> list[int]:

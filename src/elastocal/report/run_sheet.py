@@ -13,7 +13,7 @@ from markupsafe import Markup
 from elastocal.planning import Plan
 from elastocal.report.picture import portrait
 from elastocal.report.stage import Stage
-from elastocal.report.units import direction, fixed, joint_unit, joint_value, number, vector
+from elastocal.report.units import direction, fixed, joint_unit, joint_value, plain, vector
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def _loads(plan: Plan, i: int) -> list[str]:
         decimals = 0 if np.allclose(part, np.round(part)) else 1
         way = direction(part)
         said = f" {way}" if way and name == "Force" else ""
-        lines.append(f"{name} {number(size, 4)} {unit}{said}: {vector(part, decimals)} {unit}")
+        lines.append(f"{name} {plain(size)} {unit}{said}: {vector(part, decimals)} {unit}")
     return lines
 
 

@@ -1,9 +1,9 @@
 """The robot in 3D, as data for plotly: one group of traces for every configuration.
 
 In: plan and stage. Out: a dict ready for JSON, in mm. Every trace carries a role in its `meta`,
-by which `templates/scene.js` shows it:
-solid: with its configuration, or with all; ghost: while another one is shown; detail: only with
-its own; test, limit: by their own switch.
+by which `templates/scene.js` shows it. solid: with its configuration, or with all; crowd: only
+with all; ghost: while another one is shown; detail: only with its own; limit-detail: likewise, if
+limits are switched on; test, limit: by their own switch.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def scene(plan: Plan, stage: Stage) -> dict[str, Any]:
             at, length = figure.skeleton.load_point, 0.17 * stage.size
             opening = aperture(constraint, alone, at, length)
             if opening is not None:
-                traces += _surface(opening, "detail", i)
+                traces += _surface(opening, "limit-detail", i)
     return {"data": traces, "layout": _layout(stage), "count": len(stage.planned)}
 
 
@@ -64,19 +64,29 @@ def _robot(figure: Figure, size: float, colour: str, role: str, group: int) -> l
             arrow(skeleton.load_point, 0.8 * figure.moment, _ARROW * size),
         ]
     )
-    traces = [
+    traces: list[Trace | None] = [
         _mesh(links, COLOURS[colour], role, group),
         _mesh(joints, COLOURS["ink"] if role == "solid" else "#7a3207", role, group),
         _mesh(tool, COLOURS["faint"], role, group),
         _mesh(load, COLOURS["ink"], role, group),
     ]
+    traces += _labels(figure, colour, role, group)
+    return [trace for trace in traces if trace is not None]
+
+
+def _labels(figure: Figure, colour: str, role: str, group: int) -> list[Trace]:
+    """What is written at the arrow: all at once only numbers, alone the load as well."""
+    skeleton, ink = figure.skeleton, COLOURS[colour]
     ends = [skeleton.load_point + v for v in (figure.force, figure.moment) if np.any(v)]
     at = ends[0] if ends else skeleton.load_point
-    name = figure.label if role == "test" else f"No. {figure.label}"
-    words = f"{_short(name, 18)} · {figure.load}" if figure.load else name
-    side = "middle right" if role == "test" else "bottom center"
-    traces.append(_text(at[None], [words], COLOURS[colour], role, group, 13, side))
-    return [trace for trace in traces if trace is not None]
+    if role == "test":
+        words = f"{_short(figure.label, 18)} · {figure.load}\u00a0\u00a0"
+        return [_text(at[None], [words], ink, role, group, 13, "middle left")]
+    words = f"No. {figure.label} · {figure.load}"
+    return [
+        _text(at[None], [figure.label], ink, "crowd", group, 15, "middle right"),
+        _text(at[None], [words], ink, "detail", group, 13, "middle right"),
+    ]
 
 
 def _bodies(skeleton: Skeleton, size: float, thickness: float) -> tuple[Solid, Solid, Solid]:
@@ -117,8 +127,8 @@ def _names(skeleton: Skeleton, names: tuple[str, ...], size: float, group: int) 
             places.append(centre)
             words.append([name])
     texts = [", ".join(together) for together in words]
-    at = np.array(places) + [0.0, 0.0, 0.045 * size]
-    return _text(at, texts, COLOURS["ink"], "detail", group, 12, "top center")
+    texts = ["\u00a0" * 5 + text for text in texts]  # beside the joint, not within it
+    return _text(np.array(places), texts, COLOURS["ink"], "detail", group, 12, "middle right")
 
 
 def _surface(surface: Surface, role: str, group: int) -> list[Trace]:
@@ -127,7 +137,7 @@ def _surface(surface: Surface, role: str, group: int) -> list[Trace]:
     traces = [_lines(list(surface.outlines), COLOURS["faint"], role, group, 2)]
     traces.append(
         _text(surface.label[None], [surface.name], COLOURS["muted"], role, group, 11,
-              "top center")
+              "top left" if role == "limit" else "top right")
     )
     if body is not None:
         body |= {"opacity": 0.13, "lighting": {"ambient": 1.0, "diffuse": 0.0}}

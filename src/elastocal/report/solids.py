@@ -39,7 +39,9 @@ def union(solids: Iterable[Solid]) -> Solid:
     return Solid(np.vstack(vertices), np.vstack(triangles))
 
 
-def tube(start: Array, end: Array, radius: float, tip: float | None = None, sides: int = 14) -> Solid:
+def tube(
+    start: Array, end: Array, radius: float, tip: float | None = None, sides: int = 14
+) -> Solid:
     """Closed tube between two points, of radius `tip` at its end (0: a cone) [m]."""
     around = circle(end - start, sides)
     rings = [start + radius * around, end + (radius if tip is None else tip) * around]

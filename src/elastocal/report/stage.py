@@ -14,7 +14,7 @@ from elastocal.arrays import Array
 from elastocal.load_case import LoadCases
 from elastocal.planning import Plan
 from elastocal.report.skeleton import Skeleton, skeletons
-from elastocal.report.units import number
+from elastocal.report.units import plain
 
 _ARROW = 0.22  # longest arrow over the size of the robot
 
@@ -76,10 +76,9 @@ def stage(plan: Plan) -> Stage:
     for (pose, _, case), skeleton in zip(drawn, tested, strict=True):
         tests += _figures([skeleton], case, [pose.name], size)
     box = np.vstack([_extent(f) for f in (*planned, *peaks, *tests)] + [np.zeros((1, 3))])
-    margin = 0.04 * size
-    return Stage(
-        planned, tuple(tests), peaks, box.min(axis=0) - margin, box.max(axis=0) + margin, size
-    )
+    margin = size * np.array([0.04, 0.04, 0.08])  # labels hang below the arrows
+    low, high = box.min(axis=0) - margin, box.max(axis=0) + margin
+    return Stage(planned, tuple(tests), peaks, low, high, size)
 
 
 def _figures(
@@ -99,7 +98,7 @@ def _figures(
 def _load(wrench: Array) -> str:
     """Size of a wrench (6,) [N, N·m] in words."""
     sizes = (float(np.linalg.norm(wrench[:3])), "N"), (float(np.linalg.norm(wrench[3:])), "N·m")
-    return ", ".join(f"{number(size, 4)} {unit}" for size, unit in sizes if size > 0.0)
+    return ", ".join(f"{plain(size)} {unit}" for size, unit in sizes if size > 0.0)
 
 
 def _extent(figure: Figure) -> Array:

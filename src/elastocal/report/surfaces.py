@@ -16,9 +16,8 @@ from elastocal.posture import Posture
 from elastocal.report.solids import Solid, circle
 from elastocal.report.stage import Stage
 
-
-wall_kinds = (HalfSpace, MinRadius)
-aperture_kinds = (Elevation, Tilt)
+WALLS = (HalfSpace, MinRadius)
+APERTURES = (Elevation, Tilt)
 
 
 @dataclass(frozen=True)
@@ -74,7 +73,7 @@ def aperture(constraint: Constraint, posture: Posture, at: Array, size: float) -
 
 def _turned(level: Array, up: Array, angles: Array) -> Array:
     """(., 3) unit vectors at `angles` from `level` towards `up`."""
-    return np.outer(np.cos(angles), level) + np.outer(np.sin(angles), up)
+    return np.asarray(np.outer(np.cos(angles), level) + np.outer(np.sin(angles), up))
 
 
 def _fan(name: str, at: Array, size: float, rays: Array, axis: Array, *, closed: bool) -> Surface:
@@ -93,7 +92,8 @@ def _fan(name: str, at: Array, size: float, rays: Array, axis: Array, *, closed:
 
 def _plane(constraint: HalfSpace, stage: Stage) -> Surface | None:
     """The plane where it cuts the box of the stage."""
-    corners = np.array(np.meshgrid(*zip(stage.lower, stage.upper, strict=True))).reshape(3, 8).T
+    low, high = _inside(stage)
+    corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, 8).T
     height = corners @ constraint.normal - constraint.offset
     cuts = []
     for a in range(8):
@@ -114,14 +114,23 @@ def _plane(constraint: HalfSpace, stage: Stage) -> Surface | None:
     return Surface(constraint.name, solid, (np.vstack([rim, rim[:1]]),), rim[back])
 
 
+def _inside(stage: Stage) -> tuple[Array, Array]:
+    """Corners just inside the box of the stage: what lies on its faces is cut off."""
+    inset = 0.02 * stage.size
+    return stage.lower + inset, stage.upper - inset
+
+
 def _cylinder(constraint: MinRadius, stage: Stage) -> Surface:
     """The cylinder about the base, as high as the box of the stage."""
     sides = 48
-    rim = constraint.radius * circle(np.array([0.0, 0.0, 1.0]), sides)
-    top = max(float(stage.upper[2]), 0.1)
-    low, high = rim + [0.0, 0.0, stage.lower[2]], rim + [0.0, 0.0, top]
+    up = np.array([0.0, 0.0, 1.0])
+    rim = constraint.radius * circle(up, sides)
+    bottom, top = (float(corner[2]) for corner in _inside(stage))
+    low, high = rim + bottom * up, rim + top * up
     i = np.arange(sides)
     j = (i + 1) % sides
-    triangles = np.vstack([np.column_stack([i, j, j + sides]), np.column_stack([i, j + sides, i + sides])])
+    halves = [i, j, j + sides], [i, j + sides, i + sides]
+    triangles = np.vstack([np.column_stack(half) for half in halves])
     outlines = tuple(np.vstack([ring, ring[:1]]) for ring in (low, high))
-    return Surface(constraint.name, Solid(np.vstack([low, high]), triangles), outlines, high[0])
+    right = high[int(np.argmax(high[:, 0] + high[:, 1]))]
+    return Surface(constraint.name, Solid(np.vstack([low, high]), triangles), outlines, right)

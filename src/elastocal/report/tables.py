@@ -88,7 +88,8 @@ def margins(plan: Plan) -> Table:
         largest[near.unit] = max(largest.get(near.unit, 0.0), near.margin)
     rows = []
     for i, near in enumerate(plan.assessment.nearest):
-        state = "broken" if near.margin < -TOLERANCE else "active" if near.margin < TOLERANCE else ""
+        state = "active" if near.margin < TOLERANCE else ""
+        state = "broken" if near.margin < -TOLERANCE else state
         room = describe(near.margin, near.unit).replace("-", "−")
         shown = {"broken": f"{room}: broken", "active": "on the limit", "": room}[state]
         share = _share(near.margin / largest[near.unit]) if not state else 0.0
@@ -103,6 +104,7 @@ def support(plan: Plan) -> Table | None:
     if cases is None or weights is None or not len(weights):
         return None
     order = np.argsort(-weights)[:_MOST_SUPPORT]
+    order = order[weights[order] >= 5e-4]
     turns = [(name, bool(slides)) for name, slides in
              zip(robot.joint_names, robot.prismatic, strict=True)]
     heads = ("Weight", *(f"{name} [{joint_unit(slides)}]" for name, slides in turns), "Force [N]")
@@ -131,7 +133,7 @@ def peak(plan: Plan) -> Table | None:
 
 def criteria(plan: Plan, others: Mapping[str, Assessment]) -> Table:
     """Every criterion's value for this plan and for others."""
-    heads = ("Criterion", "What it measures", "Better", "Unit", "This plan", *others)
+    heads = ("Criterion", "This plan", *others, "Unit", "Better", "What it measures")
     rows = []
     for name, value in plan.assessment.criteria.items():
         meaning = CRITERIA[name][1] if name in CRITERIA else ""
@@ -140,7 +142,7 @@ def criteria(plan: Plan, others: Mapping[str, Assessment]) -> Table:
         factor, unit = _criterion_unit(plan, name, values)
         shown = tuple(number(factor * v) for v in values)
         state = "chosen" if name == plan.criterion else ""
-        rows.append(Row((name, meaning, better, unit, *shown), state=state))
+        rows.append(Row((name, *shown, unit, better, meaning), state=state))
     return Table(heads, tuple(rows))
 
 

@@ -30,6 +30,11 @@ def number(value: float, digits: int = 3) -> str:
     return fixed(round(value, digits - 1 - power), max(0, digits - 1 - power))
 
 
+def plain(value: float) -> str:
+    """A value of a load: four significant digits, no zeros behind the point."""
+    return f"{value:.0f}" if abs(value) >= 1e4 else f"{value:.4g}"
+
+
 def fixed(value: float, decimals: int) -> str:
     """A value with so many decimals and no negative zero."""
     text = f"{value:.{decimals}f}"

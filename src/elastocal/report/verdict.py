@@ -75,7 +75,7 @@ def proof(certificate: Certificate) -> list[str]:
     if certificate.kind == "none":
         return [
             f"Criterion {certificate.criterion} has no certificate: it is not concave, so no bound "
-            "on other plans exists. This is the best plan the search found; a better one is possible."
+            "on other plans exists, and a better plan is possible."
         ]
     if certificate.kind != "numerical":
         return [f"Certificate of kind {certificate.kind}."]
@@ -89,7 +89,7 @@ def proof(certificate: Certificate) -> list[str]:
     elif attained == 1:
         said += "only one of them reached the same maximum, so trust it less."
     else:
-        said += "none of them reached the maximum itself, so trust it less and plan with another seed."
+        said += "none of them reached the maximum itself, so trust it less; try another seed."
     sentences = [said + " It rests on that search, not on a proof."]
     if certificate.floored:
         sentences.append(
@@ -113,9 +113,8 @@ def _tiles(plan: Plan, random: Array | None) -> list[Tile]:
     bound = bound_of(plan)
     tiles = []
     if bound is not None:
-        tiles.append(
-            Tile("Lower bound", length(bound), f"No plan with {_counted(m, 'experiment')} can do better.")
-        )
+        meaning = f"No plan with {_counted(m, 'experiment')} can do better."
+        tiles.append(Tile("Lower bound", length(bound), meaning))
     if np.isfinite(certificate.efficiency):
         saved = max(0.0, 100.0 * (1.0 - certificate.efficiency))
         under = "" if bound is not None else f" under criterion {certificate.criterion}"
@@ -145,7 +144,7 @@ def _advice(plan: Plan) -> list[str]:
             "These experiments do not tell all compliances apart. Use more or other configurations."
         )
     if plan.study.prior is not None and np.any(plan.study.prior):
-        sentences.append("Information there was before these experiments is counted in every number.")
+        sentences.append("What was known before these experiments is counted in every number.")
     return sentences
 
 

@@ -18,7 +18,7 @@
   var scene = JSON.parse(document.getElementById("scene-data").textContent);
   var chosen = "all";
   var views = {
-    corner: { eye: { x: 1.2, y: -1.6, z: 0.6 }, up: { x: 0, y: 0, z: 1 } },
+    corner: { eye: { x: 1.2, y: -1.6, z: 0.6 }, center: { x: 0, y: 0, z: -0.14 }, up: { x: 0, y: 0, z: 1 } },
     side: { eye: { x: 0, y: -1.75, z: 0.08 }, up: { x: 0, y: 0, z: 1 } },
     top: { eye: { x: 0, y: -0.02, z: 1.9 }, up: { x: 0, y: 1, z: 0 } }
   };
@@ -33,7 +33,8 @@
     if (role === "test" || role === "limit") { return switchedOn(role); }
     if (role === "solid") { return chosen === "all" || own; }
     if (role === "ghost") { return chosen !== "all" && !own; }
-    return own && switchedOn("limit");
+    if (role === "crowd") { return chosen === "all" && scene.count > 1; }
+    return (own || scene.count === 1) && (role === "detail" || switchedOn("limit"));
   }
 
   function refresh() {
@@ -50,7 +51,8 @@
   scene.layout.scene.camera = JSON.parse(JSON.stringify(views.corner));
   if (narrow) {
     ["x", "y", "z"].forEach(function (axis) { scene.layout.scene[axis + "axis"].nticks = 4; });
-    scene.layout.scene.camera.eye = { x: 1.5, y: -2.0, z: 0.75 };
+    scene.layout.scene.camera.eye = { x: 1.75, y: -2.3, z: 0.9 };
+    scene.data.forEach(function (trace) { if (trace.textfont) { trace.textfont.size -= 2; } });
   }
   scene.data.forEach(function (trace) { trace.visible = shown(trace); });
   Plotly.newPlot(box, scene.data, scene.layout, {
