@@ -48,6 +48,8 @@ class VirtualJoints:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "body", frozen(self.body, np.int64))
+        if np.any(np.diff(self.body) < 0):
+            raise InputError("virtual joints must be given in chain order, base first")
         object.__setattr__(self, "axis", frozen(self.axis))
         object.__setattr__(self, "origin", frozen(self.origin))
         object.__setattr__(self, "prismatic", frozen(self.prismatic, np.bool_))
@@ -62,7 +64,7 @@ def joint_springs(robot: Robot, names: Sequence[str] | None = None) -> VirtualJo
     Raises:
         InputError: a name is not a joint of the robot.
     """
-    wanted = robot.index(robot.joint_names if names is None else names)
+    wanted = sorted(robot.index(robot.joint_names if names is None else names))
     return VirtualJoints(
         names=tuple(robot.joint_names[i] for i in wanted),
         body=np.array(wanted),

@@ -195,8 +195,7 @@ class _Part:
         posture = Posture(space.robot, x[:, :n])
         self.wrench = space._wrench(x)
         self.regressor = Regressor(posture, space.springs, space.tool, self.wrench.T)
-        self.blocks = np.ascontiguousarray(self.regressor.rows.transpose(2, 0, 1))
-        self.blocks /= space.sigma
+        self.blocks = np.ascontiguousarray(self.regressor.rows.transpose(2, 0, 1)) / space.sigma
         results = [constraint.at(posture) for constraint in space.constraints]
         margins = [margin for margin, _ in results]
         self.pulls = [pull for _, pull in results]
@@ -207,12 +206,11 @@ class _Part:
                 margins.append(margin)
                 self.cones.append((start, gradient))
             start += load.variables
-        self.margins = np.array(margins).reshape(-1, len(x)).T
+        self.margins = np.array(margins).reshape(len(margins), len(x)).T
 
     def pull(self, block_cotangent: Array, margin_cotangent: Array) -> Array:
         n, k = len(self.space.robot.joints), self.space.force.variables
-        cotangent = np.ascontiguousarray(block_cotangent.transpose(1, 2, 0))
-        cotangent /= self.space.sigma
+        cotangent = np.ascontiguousarray(block_cotangent.transpose(1, 2, 0)) / self.space.sigma
         q_bar, wrench_bar = self.regressor.pull(cotangent)
         for pull, weight in zip(self.pulls, margin_cotangent.T, strict=False):
             if weight.any():

@@ -254,7 +254,7 @@ def confirmed(study: Study, bound: Bound, x: Array, rng: np.random.Generator) ->
         if bound.design is None:
             return bound
         dual = bound.design.certificate
-        found, s = climb(study.space, x, dual.gradient, iterations=150)
+        found, s, _ = climb(study.space, x, dual.gradient, ((150, len(x)),))
         if s.max() <= dual.largest * (1.0 + 5e-6):
             break
         bound = lower_bound(study, rng, known=found[s > 0.0])

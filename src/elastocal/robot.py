@@ -43,9 +43,7 @@ class Joint:
             raise InputError(f"joint {self.name!r}: its transform must be a finite 4x4 matrix")
         length = float(np.linalg.norm(axis)) if axis.shape == (3,) else 0.0
         if not (np.isfinite(length) and length > 0.0):
-            raise InputError(
-                f"joint {self.name!r}: its axis must be a non-zero vector [x, y, z]"
-            )
+            raise InputError(f"joint {self.name!r}: its axis must be a non-zero vector [x, y, z]")
         if not self.lower < self.upper:
             raise InputError(
                 f"joint {self.name!r}: the lower limit {self.lower:g} must be below the upper limit "

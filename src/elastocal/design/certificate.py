@@ -21,6 +21,11 @@ from elastocal.design.oracle import climb
 from elastocal.design.space import DesignSpace
 
 
+def _patient(starts: int) -> tuple[tuple[int, int], ...]:
+    """Stages of a climb whose best must have arrived: long for those that may be the highest."""
+    return (100, starts), (100, 100), (300, 30)
+
+
 @dataclass(frozen=True)
 class DualBound:
     """An upper bound on a criterion, for every design.
@@ -60,7 +65,6 @@ def dual_bound(
     rng: np.random.Generator,
     *,
     fresh: int = 300,
-    iterations: int = 150,
 ) -> DualBound:
     """Bound from the gradient of `criterion` at `total`.
 
@@ -72,11 +76,10 @@ def dual_bound(
         known: (K, d) points worth starting from.
         rng: Source of the fresh starts.
         fresh: Number of fresh random starts.
-        iterations: Evaluations of each climb.
     """
     gradient = criterion.gradient(total[None])[0]
     begin = np.concatenate([known, space.sample(fresh, rng)])
-    found, s = climb(space, begin, gradient, iterations=iterations)
+    found, s, origin = climb(space, begin, gradient, _patient(len(begin)))
     best = int(np.argmax(s))
     return DualBound(
         gradient=gradient,
@@ -84,7 +87,7 @@ def dual_bound(
         largest=float(s[best]),
         x_largest=found[best],
         starts=fresh,
-        attained=int((s[len(known) :] > s[best] * (1.0 - 1e-4)).sum()),
+        attained=int((s[origin >= len(known)] > s[best] * (1.0 - 1e-4)).sum()),
         x_found=found,
         s_found=s,
     )

@@ -96,7 +96,8 @@ def continuous_design(
         level = float(np.einsum("i,ijk,jk->", weights, informations, gradient))
         order = np.argsort(-(flat_pool @ gradient.ravel()))
         begin = np.concatenate([x, pool[order[:starts]]])
-        found, s = climb(space, begin, gradient, iterations=_ITERATIONS[min(count, 3)])
+        stages = ((_ITERATIONS[min(count, 3)], len(begin)),)
+        found, s, _ = climb(space, begin, gradient, stages)
         if s.max() <= level * (1.0 + tolerance):
             bound = dual_bound(space, smooth, total, base, found, rng, fresh=fresh)
             if bound.largest <= level * (1.0 + tolerance):

@@ -66,9 +66,11 @@ class Plans:
         return len(self.x)
 
     def take(self, index: IntArray) -> Plans:
+        """The plans at `index`."""
         return Plans(self.x[index], self.counts[index], self.value[index])
 
     def join(self, other: Plans) -> Plans:
+        """These plans, then those of `other`."""
         return Plans(
             np.concatenate([self.x, other.x]),
             np.concatenate([self.counts, other.counts]),
@@ -125,7 +127,7 @@ def refine(
         tolerance=tolerance,
     )
     x = restore(space, found.x.reshape(-1, d)).reshape(-1, s, d)
-    counts = plans.counts[found.index]
+    counts = plans.counts[found.origin]
     return Plans(x, counts, values(space, criterion, base, x, counts))
 
 

@@ -18,7 +18,8 @@ import numpy as np
 
 from elastocal.arrays import Array, BoolArray, IntArray
 
-PENALTY = 10.0
+PENALTIES = (0.3, 1.0, 10.0)
+"""First penalties, dealt out in turn: paths that differ end in different optima."""
 
 
 class Step(NamedTuple):
@@ -42,7 +43,7 @@ class Minimum(NamedTuple):
     x: Array  # (B, D)
     value: Array  # (B,)
     violation: Array  # (B,) largest constraint violation
-    index: IntArray  # (B,) which of the starts they come from
+    origin: IntArray  # (B,) which of the starts they come from
 
 
 def minimise(
@@ -82,18 +83,23 @@ def minimise(
                 if done.any():
                     rested = _joined(rested, state.snapshot(done))
                     state.keep(~done)
-        room = max(kept - len(rested.index), 0)
+        room = max(kept - len(rested.origin), 0)
         if room < len(state.index):
             best = np.zeros(len(state.index), dtype=bool)
             best[np.argsort(state.merit, kind="stable")[:room]] = True
             state.keep(best)
     found = _joined(rested, state.snapshot(np.ones(len(state.index), dtype=bool)))
-    order = np.argsort(found.index)
-    return Minimum(*(values[order] for values in found))
+    order = np.argsort(found.origin)
+    return Minimum(found.x[order], found.value[order], found.violation[order], found.origin[order])
 
 
 def _joined(first: Minimum, second: Minimum) -> Minimum:
-    return Minimum(*(np.concatenate(pair) for pair in zip(first, second, strict=True)))
+    return Minimum(
+        np.concatenate([first.x, second.x]),
+        np.concatenate([first.value, second.value]),
+        np.concatenate([first.violation, second.violation]),
+        np.concatenate([first.origin, second.origin]),
+    )
 
 
 _BATCHED = (
@@ -114,7 +120,8 @@ class _State:
         self.x = x
         step = problem(x, self.index)
         self.multipliers = np.zeros_like(step.margins)
-        self.penalty = np.full_like(step.margins, PENALTY)
+        first = np.resize(PENALTIES, (batch, 1))
+        self.penalty = np.broadcast_to(first, step.margins.shape).copy()
         self.broken = np.maximum(0.0, -step.margins)
         self.value, self.margins = step.value, step.margins
         self.merit, self.gradient = self._merit(step)
@@ -123,7 +130,7 @@ class _State:
         self.checkpoint = self.value.copy()
         self.direction = np.zeros_like(x)
         self.length = np.ones(batch)
-        self._aim(np.ones(batch, dtype=bool))
+        self._aim()
 
     def snapshot(self, mask: BoolArray) -> Minimum:
         return Minimum(self.x[mask], self.value[mask], self._violation()[mask], self.index[mask])
@@ -141,7 +148,8 @@ class _State:
         slope = np.einsum("bd,bd->b", self.gradient, moved)
         with np.errstate(invalid="ignore"):
             good = merit <= self.merit + 1e-4 * slope
-        self._learn(good, moved, gradient - self.gradient)
+        # A variable held at its bound says nothing of the curvature among the others.
+        self._learn(moved, np.where(moved == 0.0, 0.0, gradient - self.gradient))
         change = np.where(good, 1.0, 0.0)[:, None] > 0
         self.x = np.where(change, trial, self.x)
         self.gradient = np.where(change, gradient, self.gradient)
@@ -155,8 +163,8 @@ class _State:
         stuck = ~good & (self.length < 1e-6)
         self.inverse[stuck] = np.eye(self.size)
         self.fresh |= stuck
-        self.length = np.where(good, 1.0, self.length * shrink)
-        self._aim(good | stuck)
+        self.length = np.where(good | stuck, 1.0, self.length * shrink)
+        self._aim()
 
     def update_multipliers(self, tolerance: float) -> BoolArray:
         """Move the multipliers; say which problems have come to rest."""
@@ -170,7 +178,7 @@ class _State:
         self.checkpoint = self.value.copy()
         step = self.problem(self.x, self.index)
         self.merit, self.gradient = self._merit(step)
-        self._aim(np.ones(len(self.x), dtype=bool))
+        self._aim()
         self.length[:] = 1.0
         return done
 
@@ -184,11 +192,11 @@ class _State:
             return np.zeros(len(self.x))
         return np.maximum(0.0, -self.margins.min(axis=1))
 
-    def _learn(self, good: BoolArray, moved: Array, change: Array) -> None:
-        """BFGS update of the inverse Hessians where the step was accepted."""
+    def _learn(self, moved: Array, change: Array) -> None:
+        """BFGS update of the inverse Hessians; a refused step teaches as much as another."""
         curvature = np.einsum("bd,bd->b", moved, change)
         norm = np.einsum("bd,bd->b", change, change)
-        use = good & (curvature > 1e-8 * norm) & (norm > 0.0)
+        use = (curvature > 1e-8 * norm) & (norm > 1e-100) & np.isfinite(norm)
         first = use & self.fresh
         if first.any():
             self.inverse[first] *= (curvature[first] / norm[first])[:, None, None]
@@ -201,7 +209,7 @@ class _State:
         self.inverse += outer
         self.inverse += outer.transpose(0, 2, 1)
 
-    def _aim(self, which: BoolArray) -> None:
+    def _aim(self) -> None:
         """New search directions, in the subspace of the variables that are free to move."""
         free = ~(
             ((self.x <= self.lower) & (self.gradient > 0.0))
@@ -212,6 +220,4 @@ class _State:
         longest = np.abs(direction).max(axis=1)
         limit = np.where(self.fresh, 0.2 * self.reach, self.reach)
         scale = np.where(self.fresh | (longest > limit), limit / np.maximum(longest, 1e-300), 1.0)
-        direction = direction * np.minimum(scale, 1e6)[:, None]
-        self.direction = np.where(which[:, None], direction, self.direction)
-        self.length = np.where(which, 1.0, self.length)
+        self.direction = direction * np.minimum(scale, 1e6)[:, None]

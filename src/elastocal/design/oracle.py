@@ -8,21 +8,23 @@ from __future__ import annotations
 import numpy as np
 
 from elastocal.arrays import Array, IntArray
-from elastocal.design.lockstep import Step, minimise
+from elastocal.design.lockstep import Stages, Step, minimise
 from elastocal.design.space import DesignSpace
 
 
-def climb(space: DesignSpace, x: Array, gradient: Array, *, iterations: int) -> tuple[Array, Array]:
+def climb(
+    space: DesignSpace, x: Array, gradient: Array, stages: Stages
+) -> tuple[Array, Array, IntArray]:
     """Local maxima of the sensitivity.
 
     Args:
         space: Where to search.
         x: (N, d) starts.
         gradient: (p, p) gradient G of a criterion.
-        iterations: Evaluations.
+        stages: (evaluations, how many climbs to go on with) in turn.
 
     Returns:
-        (N, d) feasible points and their sensitivities (N,).
+        Feasible points (K, d), their sensitivities (K,) and the starts they come from (K,).
     """
     root = square_root(gradient)
     level = max(float(sensitivity(space, x, root).max()), np.finfo(float).tiny)
@@ -36,10 +38,9 @@ def climb(space: DesignSpace, x: Array, gradient: Array, *, iterations: int) -> 
         cotangent = (image @ (root.T * (-2.0 / level))).reshape(n, r, p)
         return Step(value, evaluation.margins, lambda weights: evaluation.pull(cotangent, -weights))
 
-    stages = ((iterations, len(x)),)
     found = minimise(problem, x, space.lower, space.upper, stages=stages, tolerance=1e-9)
     feasible = restore(space, found.x)
-    return feasible, sensitivity(space, feasible, root)
+    return feasible, sensitivity(space, feasible, root), found.origin
 
 
 def sensitivity(space: DesignSpace, x: Array, root: Array) -> Array:

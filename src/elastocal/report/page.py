@@ -9,13 +9,13 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from elastocal import __version__
 from elastocal.arrays import Array
 from elastocal.assessment import Assessment
 from elastocal.comparison import TradeOff
@@ -67,7 +67,7 @@ def render(
         criteria=tables.criteria(plan, others),
         cards=run_sheet(plan, drawn),
         tool_points=tool_points(plan),
-        version=_version(),
+        version=__version__,
         scene=_script_json(scene(plan, drawn)),
         plotly=_plotly(),
     )
@@ -160,10 +160,3 @@ def _plotly() -> Markup:
 
     source: str = get_plotlyjs()
     return Markup(source.replace("</script", "<\\/script"))
-
-
-def _version() -> str:
-    try:
-        return version("elastocal")
-    except PackageNotFoundError:
-        return "not installed"

@@ -81,7 +81,7 @@ def _labels(figure: Figure, colour: str, role: str, group: int) -> list[Trace]:
     at = ends[0] if ends else skeleton.load_point
     if role == "test":
         words = f"{_short(figure.label, 18)} · {figure.load}\u00a0\u00a0"
-        return [_text(at[None], [words], ink, role, group, 13, "middle left")]
+        return [_text(skeleton.load_point[None], [words], ink, role, group, 13, "middle left")]
     words = f"No. {figure.label} · {figure.load}"
     return [
         _text(at[None], [figure.label], ink, "crowd", group, 15, "middle right"),

@@ -98,7 +98,7 @@ def _figures(
 def _load(wrench: Array) -> str:
     """Size of a wrench (6,) [N, N·m] in words."""
     sizes = (float(np.linalg.norm(wrench[:3])), "N"), (float(np.linalg.norm(wrench[3:])), "N·m")
-    return ", ".join(f"{plain(size)} {unit}" for size, unit in sizes if size > 0.0)
+    return ", ".join(f"{plain(size)}\u00a0{unit}" for size, unit in sizes if size > 0.0)
 
 
 def _extent(figure: Figure) -> Array:

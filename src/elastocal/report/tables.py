@@ -121,10 +121,10 @@ def peak(plan: Plan) -> Table | None:
     case, robot = plan.certificate.peak, plan.study.robot
     if case is None:
         return None
-    rows = [
-        Row((joint.name, f"{joint_value(float(v), joint.prismatic)} {joint_unit(joint.prismatic)}"))
-        for joint, v in zip(robot.joints, case.q[0], strict=True)
-    ]
+    rows = []
+    for joint, v in zip(robot.joints, case.q[0], strict=True):
+        unit = " mm" if joint.prismatic else "°"
+        rows.append(Row((joint.name, joint_value(float(v), joint.prismatic) + unit)))
     rows.append(Row(("Force", f"{vector(case.wrench[0, :3])} N")))
     if np.any(case.wrench[0, 3:]):
         rows.append(Row(("Torque", f"{vector(case.wrench[0, 3:], 1)} N·m")))

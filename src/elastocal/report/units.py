@@ -87,7 +87,7 @@ def compliance_unit(prismatic: bool) -> tuple[float, str]:
 def given(value: float) -> str:
     """A length somebody chose [m], without the zeros it was not given with."""
     factor, unit = length_unit([value])
-    return f"{factor * value:.6g} {unit}"
+    return f"{factor * value:.6g}\u00a0{unit}"
 
 
 def words(name: str) -> str:

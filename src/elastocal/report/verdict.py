@@ -61,7 +61,7 @@ def verdict(plan: Plan, random: Array | None) -> Verdict:
     where = "the test pose" if len(study.test_poses) == 1 else "the test poses"
     meaning = (
         f"Root mean square position error that is left at {where} after compensation, "
-        f"because measurements are noisy (σ = {given(study.sigma)} per axis)."
+        f"because measurements are noisy (σ\u00a0=\u00a0{given(study.sigma)} per axis)."
     )
     shown = length(rho0).split(" ") if np.isfinite(rho0) else ["∞", ""]
     return Verdict(

@@ -1,0 +1,107 @@
+"""How often is a lower bound false? Many seeded runs of the continuous design.
+
+    python benchmarks/certificates.py 100
+
+A bound is false if it lies above the true one by more than 1e-5: some plan would beat it. It is
+slack if it lies below by more than 1e-5: sound, but less than was promised. The true bounds are
+the values to which all long runs of independent programs agree. Writes
+benchmarks/results/certificates.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import multiprocessing
+import statistics
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from kr270 import BOUND, MICRO, RESULTS, machine, one_thread, study
+
+from elastocal.criteria import mean_test_pose
+from elastocal.design.continuous import continuous_design
+
+LIMIT = 1e-5
+"""Relative deviation in rho0 from which a bound counts as false or slack."""
+
+
+class Run(NamedTuple):
+    """One bound."""
+
+    matrix: str
+    seed: int
+    excess: float  # bound over the true one, minus 1
+    converged: bool
+    attained: int  # fresh starts that reached the maximum
+    seconds: float
+
+
+def run(task: tuple[str, int]) -> Run:
+    """One continuous design from one seed."""
+    matrix, seed = task
+    campaign = study(12, matrix=matrix)
+    begun = time.perf_counter()
+    design = continuous_design(
+        campaign.space, mean_test_pose(campaign), np.random.default_rng(seed)
+    )
+    seconds = time.perf_counter() - begun
+    excess = MICRO / design.certificate.upper**0.5 / BOUND[matrix] - 1.0
+    return Run(matrix, seed, excess, design.converged, design.certificate.attained, seconds)
+
+
+def table(runs: list[Run]) -> list[str]:
+    """Counts, worst cases and times as markdown."""
+    lines = [
+        "| test pose | runs | false | slack | not converged | highest | lowest "
+        "| fewest fresh starts at the maximum | seconds: median (min – max) |",
+        "|:--|--:|--:|--:|--:|--:|--:|--:|--:|",
+    ]
+    for matrix in BOUND:
+        some = [r for r in runs if r.matrix == matrix]
+        excess, seconds = [r.excess for r in some], [r.seconds for r in some]
+        lines.append(
+            f"| {matrix} | {len(some)} | {sum(e > LIMIT for e in excess)} "
+            f"| {sum(e < -LIMIT for e in excess)} | {sum(not r.converged for r in some)} "
+            f"| {max(excess):+.1e} | {min(excess):+.1e} | {min(r.attained for r in some)} of 300 "
+            f"| {statistics.median(seconds):.2f} ({min(seconds):.2f} – {max(seconds):.2f}) |"
+        )
+    return lines
+
+
+def main() -> None:
+    """Run, print, write results/certificates.md."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("runs", type=int, nargs="?", default=100, help="seeds per test pose")
+    parser.add_argument("--first", type=int, default=0, help="first seed")
+    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--out", type=Path, default=RESULTS / "certificates.md")
+    arguments = parser.parse_args()
+    one_thread()
+    about = machine()
+    print(about, flush=True)
+    seeds = range(arguments.first, arguments.first + arguments.runs)
+    tasks = [(matrix, seed) for seed in seeds for matrix in BOUND]
+    runs = []
+    with multiprocessing.get_context("spawn").Pool(arguments.processes) as pool:
+        for done in pool.imap_unordered(run, tasks):
+            runs.append(done)
+            if abs(done.excess) > LIMIT or not done.converged:
+                print(f"{done.matrix} seed {done.seed}: {done.excess:+.2e}", flush=True)
+    lines = table(runs)
+    print("\n".join(lines))
+    parts = [
+        "# False bounds",
+        f"Made by `benchmarks/certificates.py`. {about}. {arguments.processes} processes of one "
+        f"thread each, which slow each other down. Seeds {seeds[0]} to {seeds[-1]}. Deviations "
+        f"are relative, in rho0; false and slack begin at {LIMIT:g}.",
+        "\n".join(lines),
+    ]
+    arguments.out.parent.mkdir(parents=True, exist_ok=True)
+    arguments.out.write_text("\n\n".join(parts) + "\n", encoding="utf-8")
+    print(f"wrote {arguments.out}")
+
+
+if __name__ == "__main__":
+    main()

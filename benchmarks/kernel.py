@@ -1,0 +1,289 @@
+"""Speed of the kernel, of the certificate and of start-up, against other ways to do it.
+
+    python benchmarks/kernel.py
+
+One run interleaves all competitors on the same data, after checking that they agree: the regressor
+of N load cases, and the regressor with its vector-Jacobian product. Ratios are times of the other
+over elastocal's. Writes benchmarks/results/kernel.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+import pinocchio as pin
+from casadi_arm import pose_function
+from kr270 import BOUND, MICRO, RESULTS, machine, one_thread, study
+
+from elastocal.arrays import Array
+from elastocal.criteria import mean_test_pose
+from elastocal.design.continuous import continuous_design
+from elastocal.elastostatics import Regressor
+from elastocal.loads import FixedVector
+from elastocal.posture import Posture
+from elastocal.study import Study
+
+Pair = tuple[Callable[[Array], Array], Callable[[Array, Array], Array]]
+"""Regressor (N, 3, p) of q (N, n); gradient (N, n) in q for a cotangent (N, 3, p)."""
+
+
+CHUNK = 2048
+
+
+def elastocal_pair(campaign: Study) -> Pair:
+    """elastocal's regressor and `pull`, in chunks as `LoadCaseSpace` evaluates them."""
+    e = campaign.experiments
+    wrench = np.append(_force(campaign), np.zeros(3))
+
+    def regressor(q: Array) -> Regressor:
+        loads = np.tile(wrench, (len(q), 1))
+        return Regressor(Posture(campaign.robot, q), campaign.springs, e.tool, loads)
+
+    def value(q: Array) -> Array:
+        parts = [regressor(q[i : i + CHUNK]).rows for i in range(0, len(q), CHUNK)]
+        return np.concatenate(parts, axis=2).transpose(2, 0, 1)
+
+    def gradient(q: Array, cotangent: Array) -> Array:
+        parts = []
+        for i in range(0, len(q), CHUNK):
+            part = np.ascontiguousarray(cotangent[i : i + CHUNK].transpose(1, 2, 0))
+            parts.append(regressor(q[i : i + CHUNK]).pull(part)[0])
+        return np.concatenate(parts, axis=1).T
+
+    return value, gradient
+
+
+def casadi_pair(campaign: Study, count: int) -> Pair:
+    """The same as CasADi expression graphs, mapped over N; the first joint stays at zero."""
+    pose = pose_function(campaign)
+    size = campaign.experiments.force.size
+    x, cotangent = ca.SX.sym("x", len(campaign.robot.joints) - 1), ca.SX.sym("c", 3, 5)
+    rows = size * pose(x)[0]
+    forward = ca.Function("rows", [x], [rows]).map(count)
+    slope = ca.gradient(ca.dot(rows, cotangent), x)
+    backward = ca.Function("pull", [x, cotangent], [rows, slope]).map(count)
+
+    def value(q: Array) -> Array:
+        return forward(q[:, 1:].T).full().reshape(3, len(q), -1).transpose(1, 0, 2)
+
+    def gradient(q: Array, cotangent: Array) -> Array:
+        side_by_side = cotangent.transpose(1, 0, 2).reshape(3, -1)
+        return backward(q[:, 1:].T, side_by_side)[1].full().T
+
+    return value, gradient
+
+
+def pinocchio_pair(campaign: Study) -> Pair:
+    """Pinocchio called once per configuration; gradient from its kinematic Hessian."""
+    model, tip = pinocchio_model(campaign)
+    data = model.createData()
+    force = _force(campaign)
+    assert campaign.springs.joint is not None
+    chosen = np.array(campaign.springs.joint)
+    full = np.zeros(model.nq)
+
+    def jacobian(q: Array) -> Array:
+        full[:-1] = q
+        pin.computeJointJacobians(model, data, full)
+        return pin.getJointJacobian(model, data, tip, pin.LOCAL_WORLD_ALIGNED)[:3]
+
+    def value(q: Array) -> Array:
+        rows = np.empty((len(q), 3, len(chosen)))
+        for i, one in enumerate(q):
+            columns = jacobian(one)[:, chosen]
+            rows[i] = columns * (force @ columns)
+        return rows
+
+    def gradient(q: Array, cotangent: Array) -> Array:
+        result = np.empty(q.shape)
+        for i, one in enumerate(q):
+            columns = jacobian(one)[:, chosen]
+            pin.computeJointKinematicHessians(model, data, full)
+            flat = pin.getJointKinematicHessian(model, data, tip, pin.LOCAL_WORLD_ALIGNED)
+            # the binding labels a column-major (6, nv, nv) tensor as row-major
+            hessian = flat.ravel().reshape(model.nv, model.nv, 6).transpose(2, 1, 0)
+            hessian = hessian[:3][:, chosen, :-1]  # d column / d joint
+            y = force @ columns
+            y_bar = (columns * cotangent[i]).sum(axis=0)
+            velocity_bar = cotangent[i] * y + np.outer(force, y_bar)
+            result[i] = np.tensordot(velocity_bar, hessian, axes=2)
+        return result
+
+    return value, gradient
+
+
+def pinocchio_model(campaign: Study) -> tuple[pin.Model, int]:
+    """The chain as a Pinocchio model with one more joint at the load point, to measure there."""
+    model, parent = pin.Model(), 0
+    for joint in campaign.robot.joints:
+        kind = (
+            pin.JointModelPrismaticUnaligned
+            if joint.prismatic
+            else (pin.JointModelRevoluteUnaligned)
+        )
+        placement = pin.SE3(np.array(joint.T_parent_joint))
+        parent = model.addJoint(parent, kind(np.array(joint.axis)), placement, joint.name)
+    link = np.array(campaign.robot.T_tip_flange)
+    point = link[:3, :3] @ campaign.experiments.tool.load_point + link[:3, 3]
+    last = pin.SE3(link[:3, :3], point)
+    return model, model.addJoint(parent, pin.JointModelRX(), last, "load point")
+
+
+def _force(campaign: Study) -> Array:
+    force = campaign.experiments.force
+    assert isinstance(force, FixedVector)
+    return np.array(force.value)
+
+
+def kernel_table(campaign: Study, sizes: list[int], rounds: int) -> list[str]:
+    """Throughput and ratios as markdown."""
+    rng = np.random.default_rng(0)
+    lines = [
+        "| N | what | elastocal [µs] | Mconf/s | Pinocchio loop / elastocal "
+        "| CasADi map / elastocal | CasADi construction [s] |",
+        "|--:|:--|--:|--:|--:|--:|--:|",
+    ]
+    for size in sizes:
+        q = campaign.space.sample(size, rng)
+        q[:, 0] = 0.0
+        cotangent = rng.normal(size=(size, 3, len(campaign.springs)))
+        begun = time.perf_counter()
+        mapped = casadi_pair(campaign, size)
+        construction = time.perf_counter() - begun
+        pairs = [elastocal_pair(campaign), pinocchio_pair(campaign), mapped]
+        _agree(pairs, q, cotangent)
+        for what, calls in (
+            ("regressor", [partial(value, q) for value, _ in pairs]),
+            ("regressor and pull", [partial(slope, q, cotangent) for _, slope in pairs]),
+        ):
+            own, loop, graph = _best_times(calls, rounds)
+            lines.append(
+                f"| {size} | {what} | {1e6 * own:.0f} | {size / own / 1e6:.2f} "
+                f"| {loop / own:.1f} | {graph / own:.2g} | {construction:.2f} |"
+            )
+            print(lines[-1], flush=True)
+    return lines
+
+
+def _agree(pairs: list[Pair], q: Array, cotangent: Array) -> None:
+    """All competitors compute the same numbers."""
+    own_value, own_gradient = pairs[0]
+    rows, slope = own_value(q), own_gradient(q, cotangent)
+    for value, gradient in pairs[1:]:
+        assert np.abs(value(q) - rows).max() < 1e-9 * np.abs(rows).max()
+        other = gradient(q, cotangent)[:, -len(q[0]) :]
+        own = slope[:, slope.shape[1] - other.shape[1] :]
+        assert np.abs(other - own).max() < 1e-9 * np.abs(slope).max()
+
+
+def _best_times(calls: Sequence[Callable[[], Array]], rounds: int) -> list[float]:
+    """Smallest time of each call over rounds in which all take turns [s]."""
+    best = [np.inf] * len(calls)
+    for _ in range(rounds):
+        for i, call in enumerate(calls):
+            repeats, elapsed = 0, 0.0
+            while elapsed < 0.05:
+                begun = time.perf_counter()
+                call()
+                seconds = time.perf_counter() - begun
+                best[i] = min(best[i], seconds)
+                repeats, elapsed = repeats + 1, elapsed + seconds
+    return best
+
+
+def certificate_lines(seeds: int) -> list[str]:
+    """Whole time of the continuous design with its confirmed bound."""
+    lines = [
+        "| test pose | seconds: median (min – max) | rounds | bound over the true one: worst |",
+        "|:--|--:|--:|--:|",
+    ]
+    for matrix, true in BOUND.items():
+        campaign = study(12, matrix=matrix)
+        times, rounds, excess = [], [], []
+        for seed in range(seeds):
+            gaps: list[float] = []
+            begun = time.perf_counter()
+            design = continuous_design(
+                campaign.space,
+                mean_test_pose(campaign),
+                np.random.default_rng(seed),
+                progress=lambda _, gap, gaps=gaps: gaps.append(gap),
+            )
+            times.append(time.perf_counter() - begun)
+            rounds.append(len(gaps))
+            excess.append(MICRO / design.certificate.upper**0.5 / true - 1.0)
+        lines.append(
+            f"| {matrix} | {_spread(times)} | {min(rounds)} – {max(rounds)} "
+            f"| {max(excess, key=abs):+.1e} |"
+        )
+        print(lines[-1], flush=True)
+    return lines
+
+
+def startup_lines(rounds: int) -> list[str]:
+    """Whole processes: bare Python, NumPy, elastocal, its help, planning code imported."""
+    lines = ["| process | seconds: median (min – max) |", "|:--|--:|"]
+    for name, arguments in (
+        ("python -c pass", ["-c", "pass"]),
+        ("import numpy", ["-c", "import numpy"]),
+        ("import elastocal", ["-c", "import elastocal"]),
+        ("import elastocal.planning", ["-c", "import elastocal.planning"]),
+        ("elastocal --help", ["-m", "elastocal", "--help"]),
+        ("elastocal plan --help", ["-m", "elastocal", "plan", "--help"]),
+    ):
+        times = []
+        for _ in range(rounds + 1):
+            begun = time.perf_counter()
+            subprocess.run([sys.executable, *arguments], check=True, capture_output=True)
+            times.append(time.perf_counter() - begun)
+        lines.append(f"| `{name}` | {_spread(times[1:])} |")
+        print(lines[-1], flush=True)
+    return lines
+
+
+def _spread(values: list[float]) -> str:
+    return f"{statistics.median(values):.3g} ({min(values):.3g} – {max(values):.3g})"
+
+
+def main() -> None:
+    """Run, print, write results/kernel.md."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help="two rounds, one seed")
+    parser.add_argument("--seeds", type=int, default=5, help="seeds of the certificate")
+    parser.add_argument("--rounds", type=int, default=7, help="rounds of every timing")
+    parser.add_argument("--out", type=Path, default=RESULTS / "kernel.md")
+    arguments = parser.parse_args()
+    one_thread()
+    seeds, rounds = (1, 2) if arguments.quick else (arguments.seeds, arguments.rounds)
+    about = machine("pin", "casadi")
+    print(about, flush=True)
+    parts = [
+        "# Kernel, certificate, start-up",
+        f"Made by `benchmarks/kernel.py`. {about}. One thread throughout.",
+        "## Regressor and vector-Jacobian product, KR 270, 5 unknowns",
+        "Smallest times over interleaved rounds; all three agree to 1e-9. Pinocchio has no batch "
+        "call in Python, so that its column is what a Python loop costs, not what its C++ costs. "
+        "CasADi runs in its virtual machine, not compiled.",
+        "\n".join(kernel_table(study(12), [12, 400, 12000], rounds)),
+        "## Continuous design with confirmed bound",
+        f"{seeds} seed(s), 300 fresh starts each.",
+        "\n".join(certificate_lines(seeds)),
+        "## Start-up",
+        "\n".join(startup_lines(rounds)),
+    ]
+    arguments.out.parent.mkdir(parents=True, exist_ok=True)
+    arguments.out.write_text("\n\n".join(parts) + "\n", encoding="utf-8")
+    print(f"wrote {arguments.out}")
+
+
+if __name__ == "__main__":
+    main()

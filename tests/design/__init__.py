@@ -1,0 +1,1 @@
+"""The optimal-design core, on problems without a robot."""

@@ -1,0 +1,185 @@
+"""Best weights on a finite set: against cvxpy with Clarabel, and against closed forms."""
+
+from __future__ import annotations
+
+import cvxpy as cp
+import numpy as np
+import pytest
+
+from elastocal.design.approximate import interior_point, optimal_weights
+from elastocal.design.criterion import InformationFunction
+from elastocal.design.matrix_means import MatrixMean
+from elastocal.design.test_pose import TestPosePrecision
+from elastocal.design.worst import Worst
+
+P = 4
+# The equivalence theorem is asked to hold to 1e-7 on the points, so the value is good to 1e-7;
+# Clarabel's own gap is about 1e-8. Both values are compared, not the weights: those of an
+# optimum need not be unique.
+TOLERANCE = 1e-7
+AGREEMENT = 1e-6
+
+
+def blocks(seed: int, count: int = 60) -> np.ndarray:
+    """(count, 3, P) rows, of columns that differ in size as compliances do."""
+    return np.random.default_rng(seed).normal(size=(count, 3, P)) * np.array([1.0, 0.3, 3.0, 1.5])
+
+
+def informations(seed: int, count: int = 60) -> np.ndarray:
+    rows = blocks(seed, count)
+    return np.asarray(rows.transpose(0, 2, 1) @ rows)
+
+
+def task_rows(seed: int, rows: int = P) -> np.ndarray:
+    """Rows of a test pose."""
+    return np.random.default_rng(100 + seed).normal(size=(rows, P))
+
+
+def reference(kind: str, matrices: np.ndarray, base: np.ndarray, seed: int) -> float:
+    """The optimum by a general convex solver, as a value of our criterion."""
+    weights = cp.Variable(len(matrices), nonneg=True)
+    flat = matrices.reshape(len(matrices), -1)
+    total = cp.reshape(weights @ flat, (P, P), order="C") + base
+    loss = {
+        "A": lambda: sum(cp.matrix_frac(row, total) for row in np.eye(P)) / P,
+        "test-pose": lambda: sum(cp.matrix_frac(row, total) for row in task_rows(seed)),
+        "one coordinate": lambda: cp.matrix_frac(task_rows(seed, 1)[0], total),
+        "G": lambda: cp.max(cp.hstack([cp.matrix_frac(row, total) for row in task_rows(seed)])),
+    }
+    goal = {"D": lambda: cp.log_det(total), "E": lambda: cp.lambda_min(total)}
+    objective = cp.Minimize(loss[kind]()) if kind in loss else cp.Maximize(goal[kind]())
+    value = cp.Problem(objective, [cp.sum(weights) == 1.0]).solve(solver=cp.CLARABEL)
+    if kind in loss:
+        return float(1.0 / value)
+    return float(np.exp(value / P)) if kind == "D" else float(value)
+
+
+def criterion(kind: str, seed: int) -> InformationFunction:
+    rows = task_rows(seed)
+    return {
+        "A": lambda: MatrixMean(-1.0, "A"),
+        "D": lambda: MatrixMean(0.0, "D"),
+        "E": lambda: MatrixMean(-np.inf, "E"),
+        "test-pose": lambda: TestPosePrecision(rows.T @ rows),
+        "one coordinate": lambda: TestPosePrecision(np.outer(*[task_rows(seed, 1)[0]] * 2)),
+        "G": lambda: Worst([TestPosePrecision(np.outer(row, row)) for row in rows], "G"),
+    }[kind]()
+
+
+def value(f: InformationFunction, matrices: np.ndarray, base: np.ndarray) -> float:
+    design = optimal_weights(f, matrices, base, tolerance=TOLERANCE)
+    assert design.weights.sum() == pytest.approx(1.0)
+    assert (design.weights > 0.0).all()
+    assert len(set(design.support)) == len(design.support)
+    total = base + np.einsum("i,ijk->jk", design.weights, matrices[design.support])
+    return float(f.value(total[None])[0])
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("kind", ["A", "D", "test-pose"])
+def test_smooth_criteria_against_a_general_convex_solver(kind: str, seed: int) -> None:
+    matrices, base = informations(seed), np.zeros((P, P))
+    found = value(criterion(kind, seed), matrices, base)
+    assert found == pytest.approx(reference(kind, matrices, base, seed), rel=AGREEMENT)
+
+
+def test_a_single_coordinate_against_a_general_convex_solver() -> None:
+    """c-optimality, whose best design does not identify every unknown: M is singular there."""
+    matrices, base = informations(2), np.zeros((P, P))
+    best = reference("one coordinate", matrices, base, 2)
+    found = value(criterion("one coordinate", 2), matrices, base)
+    assert best * (1.0 - 1e-4) <= found <= best * (1.0 + AGREEMENT)
+
+
+@pytest.mark.parametrize("kind", ["A", "D", "E", "test-pose"])
+def test_prior_information_against_a_general_convex_solver(kind: str) -> None:
+    matrices, base = informations(0), 0.3 * informations(9, 4).sum(axis=0)
+    found = value(criterion(kind, 0), matrices, base)
+    assert found == pytest.approx(
+        reference(kind, matrices, base, 0), rel=1e-2 if kind == "E" else AGREEMENT
+    )
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("kind", ["E", "G"])
+def test_kinked_criteria_against_a_general_convex_solver(kind: str, seed: int) -> None:
+    """Their smooth stand-in is a mean of order -300 of p values: p^(1/300) = 0.5 % of it may be
+    lost, and nothing may be gained."""
+    matrices, base = informations(seed), np.zeros((P, P))
+    best = reference(kind, matrices, base, seed)
+    found = value(criterion(kind, seed), matrices, base)
+    assert best * (1.0 - 5e-3) <= found <= best * (1.0 + AGREEMENT)
+
+
+def test_the_multiplier_of_a_general_convex_solver_agrees_on_optimality() -> None:
+    """Equivalence theorem on the points: no sensitivity above the mean, equal on the support."""
+    matrices, f = informations(4), criterion("test-pose", 4)
+    design = optimal_weights(f, matrices, np.zeros((P, P)), tolerance=TOLERANCE)
+    total = np.einsum("i,ijk->jk", design.weights, matrices[design.support])
+    sensitivity = np.einsum("ijk,jk->i", matrices, f.gradient(total[None])[0])
+    level = float(f.value(total[None])[0])
+    assert sensitivity.max() <= level * (1.0 + 2.0 * TOLERANCE)
+    heavy = design.support[design.weights > 1e-3]
+    assert sensitivity[heavy] == pytest.approx(np.full(len(heavy), level), rel=1e-4)
+
+
+SIZES = np.array([1.0, 4.0, 9.0, 25.0])
+
+
+@pytest.mark.parametrize(
+    ("f", "expected"),
+    [
+        (MatrixMean(0.0, "D"), np.full(P, 1 / P)),
+        (MatrixMean(-1.0, "A"), SIZES**-0.5 / (SIZES**-0.5).sum()),
+        (MatrixMean(-0.5, "O5"), SIZES ** (-1 / 3) / (SIZES ** (-1 / 3)).sum()),
+        (
+            TestPosePrecision(np.diag([4.0, 1.0, 1.0, 1.0])),
+            (w := np.sqrt(np.array([4.0, 1.0, 1.0, 1.0]) / SIZES)) / w.sum(),
+        ),
+        (MatrixMean(-np.inf, "E"), SIZES**-1.0 / (SIZES**-1.0).sum()),
+    ],
+    ids=["D", "A", "O5", "test-pose", "E"],
+)
+def test_independent_unknowns_have_weights_in_closed_form(
+    f: InformationFunction, expected: np.ndarray
+) -> None:
+    """Points that see one unknown each with information s_i: weights go as s_i^(q/(1-q)), by the
+    Lagrange condition; for D they are equal, for A they go as 1/√s, for E as 1/s.
+
+    E is replaced by a mean of order -300, which moves its weights by about 1 in 300.
+    """
+    matrices = SIZES[:, None, None] * np.eye(P)[:, :, None] * np.eye(P)[:, None, :]
+    design = optimal_weights(f, matrices, np.zeros((P, P)), tolerance=1e-8)
+    weights = np.zeros(P)
+    weights[design.support] = design.weights
+    assert weights == pytest.approx(expected, rel=2e-2 if f.smooth is not f else 1e-4)
+
+
+def test_useless_points_get_no_weight() -> None:
+    """Points that repeat a tenth of others."""
+    matrices = informations(5, 20)
+    both = np.concatenate([0.1 * matrices, matrices])
+    design = optimal_weights(criterion("A", 5), both, np.zeros((P, P)), tolerance=TOLERANCE)
+    assert design.support.min() >= 20
+
+
+def test_the_points_to_begin_with_do_not_matter() -> None:
+    matrices, f = informations(6), criterion("test-pose", 6)
+    totals = []
+    for start in (None, np.arange(60), np.array([3, 14, 15, 9, 26])):
+        design = optimal_weights(f, matrices, np.zeros((P, P)), start=start, tolerance=TOLERANCE)
+        totals.append(np.einsum("i,ijk->jk", design.weights, matrices[design.support]))
+    values = f.value(np.array(totals))
+    assert values == pytest.approx(np.full(3, values[0]), rel=AGREEMENT)
+
+
+def test_a_single_point_gets_all_the_weight() -> None:
+    design = optimal_weights(criterion("A", 0), informations(0, 1) + np.eye(P), np.zeros((P, P)))
+    assert design.support.tolist() == [0]
+    assert design.weights == pytest.approx([1.0])
+
+
+def test_interior_point_weights_are_a_design() -> None:
+    weights = interior_point(criterion("D", 1), informations(1, 12), np.zeros((P, P)), 1e-6)
+    assert weights.sum() == pytest.approx(1.0)
+    assert (weights > 0.0).all()

@@ -1,0 +1,1 @@
+"""The paper's tables and the best known answers to its two planning problems."""
