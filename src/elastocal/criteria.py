@@ -43,7 +43,7 @@ CRITERIA: dict[str, tuple[Callable[[Study], Criterion], str]] = {
     "test-pose": (mean_test_pose, "mean position error after compensation at the test poses"),
     "worst": (_worst_test_pose, "largest position error over the test poses"),
     "G": (_worst_coordinate, "largest error of one coordinate over the test poses"),
-    "A": (lambda s: MatrixMean(-1.0, "A"), "mean variance of the compliances"),
+    "A": (lambda s: MatrixMean(-1.0, "A"), "root mean square standard error of the compliances"),
     "D": (lambda s: MatrixMean(0.0, "D"), "volume of the confidence ellipsoid"),
     "E": (lambda s: MatrixMean(-np.inf, "E"), "longest axis of the confidence ellipsoid"),
     "O1": (lambda s: MatrixMean(0.0, "O1"), "geometric mean of the singular values (as D)"),

@@ -83,7 +83,7 @@ def test_what_the_bound_reports_of_its_search() -> None:
     bound = bound_at(book, perturbed(book))
     assert bound.starts == 300
     assert 0 < bound.attained <= bound.starts
-    assert len(bound.x_found) == len(bound.s_found) == 300 + 3
+    assert len(bound.x_found) == len(bound.s_found)
     assert bound.largest == bound.s_found.max()
     at = book.space.evaluate(bound.x_largest[None]).blocks[0, 0]
     assert at @ bound.gradient @ at == pytest.approx(bound.largest, rel=1e-12)
@@ -113,7 +113,7 @@ def test_climbs_end_in_local_maxima() -> None:
     inside = np.flatnonzero((fine[1:-1] >= fine[:-2]) & (fine[1:-1] >= fine[2:])) + 1
     tops = np.concatenate([grid[inside, 0], [-1.0, 1.0]])
     starts = book.space.sample(50, np.random.default_rng(2))
-    x, s = climb(book.space, starts, gradient, iterations=150)
+    x, s, _ = climb(book.space, starts, gradient, ((150, len(starts)),))
     assert s.max() == pytest.approx(fine.max(), rel=1e-9)
     assert np.abs(x - tops).min(axis=1).max() < 1e-3
 

@@ -121,9 +121,10 @@ TEXTBOOK = {
 
 
 def solve(book: Textbook, starts: np.ndarray, evaluations: int) -> Minimum:
-    """All starts in one batch, none given up."""
+    """All starts in one batch, none given up, all with the same first penalty."""
     lower, upper = np.array(book.lower), np.array(book.upper)
-    return minimise(book.problem, starts, lower, upper, stages=((evaluations, len(starts)),))
+    stages = ((evaluations, len(starts)),)
+    return minimise(book.problem, starts, lower, upper, stages=stages, penalties=(10.0,))
 
 
 @pytest.mark.parametrize("name", TEXTBOOK)
@@ -188,7 +189,7 @@ def test_resting_problems_leave_the_batch_and_keep_their_results() -> None:
         tolerance=1e-12,
     )
     assert found.x == pytest.approx(targets, abs=1e-6)
-    assert found.index.tolist() == [0, 1, 2]
+    assert found.origin.tolist() == [0, 1, 2]
     assert asked[-1] < asked[0]
 
 
@@ -203,7 +204,7 @@ def test_a_stage_keeps_the_best_problems_and_says_which() -> None:
     starts = np.random.default_rng(2).uniform(-1.0, 1.0, (5, 2))
     lower, upper = np.full(2, -9.0), np.full(2, 9.0)
     found = minimise(step, starts, lower, upper, stages=((15, 3), (15, 2)))
-    assert found.index.tolist() == [1, 3]
+    assert found.origin.tolist() == [1, 3]
     assert found.value == pytest.approx([0.0, 1.0], abs=1e-9)
     assert found.x == pytest.approx(np.zeros((2, 2)), abs=1e-6)
 

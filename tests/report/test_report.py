@@ -27,8 +27,16 @@ from elastocal.study import Experiments, Study, springs_of
 from elastocal.study import test_pose as pose_of
 
 SECTIONS = (
-    "verdict", "robot", "worth", "effort", "errors", "certificate", "constraints", "criteria",
-    "run-sheet", "provenance",
+    "verdict",
+    "robot",
+    "worth",
+    "effort",
+    "errors",
+    "certificate",
+    "constraints",
+    "criteria",
+    "run-sheet",
+    "provenance",
 )
 HOSTILE = "</script><script>alert('x')</script><img src=x onerror=alert(1)>&\"'"
 
@@ -39,14 +47,26 @@ def make_plan(robot: Robot, tool: Tool, q: np.ndarray, force: tuple[float, ...],
     cases = LoadCases(q, np.tile([*force, 0.0, 0.0, 0.0], (len(q), 1)))
     task = pose_of(robot, springs, tool, LoadCases(q[:1], cases.wrench[:1]), 1.0, "milling")
     study = Study(
-        robot, springs, (task,), Experiments(tool, FixedVector(np.array(force)), 6), 3e-5,
+        robot,
+        springs,
+        (task,),
+        Experiments(tool, FixedVector(np.array(force)), 6),
+        3e-5,
         **{"name": "cell 7", "text": "elastocal: 1", **changes},
     )
     repeats = np.arange(1, len(q) + 1)
     assessment = assess(study, cases, repeats)
     certificate = Certificate(
-        "test-pose", "numerical", 0.9 * assessment.rho0, 0.81, 300, 41, cases,
-        np.full(len(q), 1.0 / len(q)), LoadCases(q[:1], cases.wrench[:1]), 1.00002,
+        "test-pose",
+        "numerical",
+        0.9 * assessment.rho0,
+        0.81,
+        300,
+        41,
+        cases,
+        np.full(len(q), 1.0 / len(q)),
+        LoadCases(q[:1], cases.wrench[:1]),
+        1.00002,
     )
     return Plan(cases, repeats, assessment, certificate, "test-pose", 5, study)
 
@@ -68,13 +88,15 @@ def kuka_plan() -> Plan:
         Elevation("elevation of z <= 30°", [0, 0, 1], np.radians(30)),
         Tilt("tilt of z <= 60°", [0, 0, 1], [0, 0, 1], np.radians(60)),
     )
-    q = np.radians([
-        [0, -51, 63, -147, -102, -86], [20, -55, -72, 119, -57, 179], [-40, -2, -4, -122, -40, 11],
-    ])
-    names = ["A2", "A3", "A4", "A5", "A6"]
-    return make_plan(
-        robot, tool, q, (0.0, 0.0, -2500.0), constraints=constraints, springs=names
+    q = np.radians(
+        [
+            [0, -51, 63, -147, -102, -86],
+            [20, -55, -72, 119, -57, 179],
+            [-40, -2, -4, -122, -40, 11],
+        ]
     )
+    names = ["A2", "A3", "A4", "A5", "A6"]
+    return make_plan(robot, tool, q, (0.0, 0.0, -2500.0), constraints=constraints, springs=names)
 
 
 @cache
@@ -98,9 +120,7 @@ PLANS = {"three-link": three_link_plan, "kuka-kr270": kuka_plan, "gantry": gantr
 
 def trade_off_of(plan: Plan) -> TradeOff:
     rho0 = plan.assessment.rho0 * np.array([2.0, 1.4, 1.0, 0.7])
-    return TradeOff(
-        np.array([2, 3, 6, 12]), rho0, 0.95 * rho0, np.array([2, 3]), rho0[:2]
-    )
+    return TradeOff(np.array([2, 3, 6, 12]), rho0, 0.95 * rho0, np.array([2, 3]), rho0[:2])
 
 
 def without_plotly(page: str) -> str:
@@ -263,9 +283,13 @@ def test_hostile_text_is_escaped() -> None:
     tool = replace(robot.tools["tip"], name=HOSTILE, marker_names=(HOSTILE,))
     hostile = Robot(HOSTILE, joints, robot.T_tip_flange, {})
     plan = make_plan(
-        hostile, tool, three_link_plan().load_cases.q, (0.0, 0.0, -100.0),
+        hostile,
+        tool,
+        three_link_plan().load_cases.q,
+        (0.0, 0.0, -100.0),
         constraints=(HalfSpace(HOSTILE, tool.load_point, [0, 0, 1], 0.9),),
-        name=HOSTILE, text=HOSTILE,
+        name=HOSTILE,
+        text=HOSTILE,
     )
     posed = replace(plan.study.test_poses[0], name=HOSTILE)
     study = replace(plan.study, test_poses=(posed, replace(posed, case=None)))
@@ -300,8 +324,15 @@ def test_lengths(value: float, shown: str) -> None:
 
 @pytest.mark.parametrize(
     ("value", "shown"),
-    [(0.0, "0"), (-1234.5, "−1230"), (0.00239, "0.00239"), (9.999, "10.0"), (2.5e-9, "2.50×10⁻⁹"),
-     (np.nan, "–"), (3.21e12, "3.21×10¹²")],
+    [
+        (0.0, "0"),
+        (-1234.5, "−1230"),
+        (0.00239, "0.00239"),
+        (9.999, "10.0"),
+        (2.5e-9, "2.50×10⁻⁹"),
+        (np.nan, "–"),
+        (3.21e12, "3.21×10¹²"),
+    ],
 )
 def test_numbers(value: float, shown: str) -> None:
     assert number(value) == shown

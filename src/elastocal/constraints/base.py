@@ -11,7 +11,6 @@ from elastocal.arrays import Array
 from elastocal.posture import Posture
 from elastocal.robot import Robot
 
-
 Pull = Callable[[Array], Array]
 
 

@@ -56,6 +56,10 @@ class DualBound:
         return self.offset + self.largest
 
 
+_NEAR = 30  # highest summits whose neighbourhood is searched again ...
+_STIR = 0.03  # ... from points this share of the ranges away
+
+
 def dual_bound(
     space: DesignSpace,
     criterion: InformationFunction,
@@ -80,6 +84,12 @@ def dual_bound(
     gradient = criterion.gradient(total[None])[0]
     begin = np.concatenate([known, space.sample(fresh, rng)])
     found, s, origin = climb(space, begin, gradient, _patient(len(begin)))
+    # A higher summit may stand beside the highest one found, cut off by a constraint.
+    near = found[np.argsort(-s)[:_NEAR]]
+    near = near + _STIR * (space.upper - space.lower) * rng.normal(size=near.shape)
+    beside, s_beside, _ = climb(space, near, gradient, ((150, len(near)),))
+    found, s = np.concatenate([found, beside]), np.concatenate([s, s_beside])
+    origin = np.append(origin, np.full(len(beside), -1))
     best = int(np.argmax(s))
     return DualBound(
         gradient=gradient,

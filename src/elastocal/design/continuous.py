@@ -33,8 +33,8 @@ class ContinuousDesign:
         informations: (S, p, p) information matrix of each support point.
         total: (p, p) information per unit of weight, base included.
         certificate: What it proves for every other design.
-        converged: Whether the gap was closed within the rounds. It is not closed where the
-            optimum is singular (`criterion.weakest(total)` tiny): use `worst.floored` then.
+        gap: Bound over value, less 1. Large where the optimum is singular, so that the search
+            gives up: use `worst.floored` then.
     """
 
     x: Array
@@ -42,7 +42,7 @@ class ContinuousDesign:
     informations: Array
     total: Array
     certificate: DualBound
-    converged: bool
+    gap: float
 
 
 def continuous_design(
@@ -88,6 +88,7 @@ def continuous_design(
     x, weights = pool[chosen.support], chosen.weights
     informations = pool_informations[chosen.support]
     bound: DualBound | None = None
+    gaps: list[float] = []
     for count in range(rounds):
         total = base + np.einsum("i,ijk->jk", weights, informations)
         if weakest(total) < SINGULAR:
@@ -104,6 +105,11 @@ def continuous_design(
                 break
             found = np.concatenate([found, bound.x_found])
             s = np.concatenate([s, bound.s_found])
+        gap = float(s.max()) / level - 1.0
+        gaps.append(gap)
+        bound = None
+        if gap > _HOPELESS or min(gaps[:-_PATIENCE], default=np.inf) <= min(gaps[-_PATIENCE:]):
+            break
         new = _distinct(space, found, s, level * (1.0 + 0.2 * tolerance), 2 * starts, gradient)
         x = np.concatenate([x, new])
         informations = information(space.evaluate(x).blocks)
@@ -112,18 +118,20 @@ def continuous_design(
         )
         x, weights = x[chosen.support], chosen.weights
         informations = informations[chosen.support]
-        bound = None
         if progress is not None:
-            progress("continuous design", s.max() / level - 1.0)
-    converged = bound is not None
+            progress("continuous design", gap)
     target = certified or criterion
+    total = base + np.einsum("i,ijk->jk", weights, informations)
     if bound is None or target is not smooth:
-        total = base + np.einsum("i,ijk->jk", weights, informations)
         bound = dual_bound(space, target, total, base, x, rng, fresh=fresh)
-    return ContinuousDesign(x, weights, informations, total, bound, converged)
+    value = float(target.value(total[None])[0])
+    gap = bound.upper / value - 1.0 if value > 0.0 else np.inf
+    return ContinuousDesign(x, weights, informations, total, bound, gap)
 
 
 _ITERATIONS = (30, 50, 80, 150)
+_HOPELESS = 1e3  # gap beyond which the optimum is singular
+_PATIENCE = 15  # rounds without a smaller gap after which to give up
 SINGULAR = 1e-6  # scaled eigenvalue below which an optimum is treated as singular
 
 

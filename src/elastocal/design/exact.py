@@ -107,8 +107,9 @@ def refine(
         repeats = np.repeat(counts, rows, axis=1)[:, :, None].astype(float)
         total = base + blocks.transpose(0, 2, 1) @ (blocks * repeats)
         value, slope = criterion.both(total)
-        value = np.maximum(value, _TINY)
-        gradient = slope * (-2.0 / value)[:, None, None]
+        regular = value > _TINY
+        value = np.where(regular, value, _TINY)
+        gradient = slope * np.where(regular, -2.0 / value, 0.0)[:, None, None]
         cotangent = ((blocks @ gradient) * repeats).reshape(evaluation.blocks.shape)
         margins = evaluation.margins.reshape(len(which), -1)
 
@@ -187,7 +188,7 @@ def exact_design(
     return _tidy(elite.join(final).best(1))
 
 
-_TINY = np.finfo(float).tiny
+_TINY = 1e-200  # criterion of a plan that identifies nothing
 _ELITE = 24
 _APART = 3e-5  # plans with values closer than this (relative) are taken for the same plan
 _TRIES = 2  # random points of which the best replaces one of an elite plan

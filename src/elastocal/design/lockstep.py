@@ -55,6 +55,7 @@ def minimise(
     stages: Stages,
     tolerance: float = 0.0,
     reach: float = 0.5,
+    penalties: Sequence[float] = PENALTIES,
 ) -> Minimum:
     """Minimise B problems from the starts `x`, (B, D), within bounds and margins.
 
@@ -70,8 +71,9 @@ def minimise(
         tolerance: A problem rests once ten iterations gain less than this and no margin is
             violated by more than its root.
         reach: Longest step in one variable.
+        penalties: First penalties of the constraints, dealt out to the problems in turn.
     """
-    state = _State(problem, np.clip(x, lower, upper), lower, upper, reach)
+    state = _State(problem, np.clip(x, lower, upper), lower, upper, reach, penalties)
     rested = state.snapshot(np.zeros(len(x), dtype=bool))
     for iterations, kept in stages:
         for iteration in range(iterations):
@@ -112,7 +114,13 @@ class _State:
     """The running batch: points, multipliers, inverse Hessians, line-search steps."""
 
     def __init__(
-        self, problem: Problem, x: Array, lower: Array, upper: Array, reach: float
+        self,
+        problem: Problem,
+        x: Array,
+        lower: Array,
+        upper: Array,
+        reach: float,
+        penalties: Sequence[float],
     ) -> None:
         self.problem, self.lower, self.upper, self.reach = problem, lower, upper, reach
         batch, self.size = x.shape
@@ -120,7 +128,7 @@ class _State:
         self.x = x
         step = problem(x, self.index)
         self.multipliers = np.zeros_like(step.margins)
-        first = np.resize(PENALTIES, (batch, 1))
+        first = np.resize(np.array(penalties), (batch, 1))
         self.penalty = np.broadcast_to(first, step.margins.shape).copy()
         self.broken = np.maximum(0.0, -step.margins)
         self.value, self.margins = step.value, step.margins
@@ -130,7 +138,7 @@ class _State:
         self.checkpoint = self.value.copy()
         self.direction = np.zeros_like(x)
         self.length = np.ones(batch)
-        self._aim()
+        self._aim(np.ones(batch, dtype=bool))
 
     def snapshot(self, mask: BoolArray) -> Minimum:
         return Minimum(self.x[mask], self.value[mask], self._violation()[mask], self.index[mask])
@@ -149,11 +157,10 @@ class _State:
         with np.errstate(invalid="ignore"):
             good = merit <= self.merit + 1e-4 * slope
         # A variable held at its bound says nothing of the curvature among the others.
-        self._learn(moved, np.where(moved == 0.0, 0.0, gradient - self.gradient))
-        change = np.where(good, 1.0, 0.0)[:, None] > 0
-        self.x = np.where(change, trial, self.x)
-        self.gradient = np.where(change, gradient, self.gradient)
-        self.margins = np.where(change, step.margins, self.margins)
+        self._learn(good, moved, np.where(moved == 0.0, 0.0, gradient - self.gradient))
+        self.x = np.where(good[:, None], trial, self.x)
+        self.gradient = np.where(good[:, None], gradient, self.gradient)
+        self.margins = np.where(good[:, None], step.margins, self.margins)
         self.value = np.where(good, step.value, self.value)
         rise = np.where(np.isfinite(merit), merit - self.merit - slope, np.inf)
         self.merit = np.where(good, merit, self.merit)
@@ -164,7 +171,7 @@ class _State:
         self.inverse[stuck] = np.eye(self.size)
         self.fresh |= stuck
         self.length = np.where(good | stuck, 1.0, self.length * shrink)
-        self._aim()
+        self._aim(good | stuck)
 
     def update_multipliers(self, tolerance: float) -> BoolArray:
         """Move the multipliers; say which problems have come to rest."""
@@ -178,7 +185,7 @@ class _State:
         self.checkpoint = self.value.copy()
         step = self.problem(self.x, self.index)
         self.merit, self.gradient = self._merit(step)
-        self._aim()
+        self._aim(np.ones(len(self.x), dtype=bool))
         self.length[:] = 1.0
         return done
 
@@ -192,11 +199,11 @@ class _State:
             return np.zeros(len(self.x))
         return np.maximum(0.0, -self.margins.min(axis=1))
 
-    def _learn(self, moved: Array, change: Array) -> None:
-        """BFGS update of the inverse Hessians; a refused step teaches as much as another."""
+    def _learn(self, which: BoolArray, moved: Array, change: Array) -> None:
+        """BFGS update of the inverse Hessians of the problems `which`."""
         curvature = np.einsum("bd,bd->b", moved, change)
         norm = np.einsum("bd,bd->b", change, change)
-        use = (curvature > 1e-8 * norm) & (norm > 1e-100) & np.isfinite(norm)
+        use = which & (curvature > 1e-8 * norm) & (norm > 1e-100) & np.isfinite(norm)
         first = use & self.fresh
         if first.any():
             self.inverse[first] *= (curvature[first] / norm[first])[:, None, None]
@@ -209,7 +216,7 @@ class _State:
         self.inverse += outer
         self.inverse += outer.transpose(0, 2, 1)
 
-    def _aim(self) -> None:
+    def _aim(self, which: BoolArray) -> None:
         """New search directions, in the subspace of the variables that are free to move."""
         free = ~(
             ((self.x <= self.lower) & (self.gradient > 0.0))
@@ -220,4 +227,5 @@ class _State:
         longest = np.abs(direction).max(axis=1)
         limit = np.where(self.fresh, 0.2 * self.reach, self.reach)
         scale = np.where(self.fresh | (longest > limit), limit / np.maximum(longest, 1e-300), 1.0)
-        self.direction = direction * np.minimum(scale, 1e6)[:, None]
+        direction = direction * np.minimum(scale, 1e6)[:, None]
+        self.direction = np.where(which[:, None], direction, self.direction)

@@ -237,7 +237,7 @@ def validate(document: Located) -> StudyFile:
     try:
         return StudyFile.model_validate(document.value)
     except ValidationError as error:
-        entries = [dict(entry) for entry in error.errors()]
+        entries: list[dict[str, Any]] = [dict(entry) for entry in error.errors()]
         # A misspelt key is also reported as missing: one mistake, one message.
         spoilt = {e["loc"][:-1] for e in entries if e["type"] == "extra_forbidden"}
         entries = [e for e in entries if e["type"] != "missing" or e["loc"][:-1] not in spoilt]

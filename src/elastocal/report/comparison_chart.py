@@ -84,8 +84,14 @@ class _Lanes:
             if count:
                 x, height = self.scale(a), (_HISTOGRAM - 20.0) * count / counts.max()
                 self.parts.append(
-                    tag("rect", x=x + 0.5, y=floor - height, width=self.scale(b) - x - 1.0,
-                        height=height, class_="random")
+                    tag(
+                        "rect",
+                        x=x + 0.5,
+                        y=floor - height,
+                        width=self.scale(b) - x - 1.0,
+                        height=height,
+                        class_="random",
+                    )
                 )
         middle = float(np.median(values)) * self.factor
         x = self.scale(min(middle, self.scale.high))

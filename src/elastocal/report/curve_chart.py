@@ -63,9 +63,7 @@ def _path(across: Scale, up: Scale, counts: IntArray, values: Array) -> Array:
     return np.array([(across(n), up(v)) for n, v in pairs if np.isfinite(v)]).reshape(-1, 2)
 
 
-def _frame(
-    across: Scale, up: Scale, counts: IntArray, title: str, axis: str
-) -> list[Markup]:
+def _frame(across: Scale, up: Scale, counts: IntArray, title: str, axis: str) -> list[Markup]:
     """Axes, grid and their names."""
     parts = []
     ticks = up.ticks(5)

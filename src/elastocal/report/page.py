@@ -83,9 +83,7 @@ def _figures(plan: Plan, drawn: Stage) -> dict[str, Any]:
     }
 
 
-def _how_good(
-    plan: Plan, random: Array | None, others: Mapping[str, Assessment]
-) -> dict[str, Any]:
+def _how_good(plan: Plan, random: Array | None, others: Mapping[str, Assessment]) -> dict[str, Any]:
     """ρ0 among other plans, and by test pose."""
     rho0 = plan.assessment.rho0
     compared = {name: other.rho0 for name, other in others.items()}
@@ -106,14 +104,20 @@ def _trade_off(plan: Plan, trade_off: TradeOff) -> list[tuple[str, Markup, str]]
     curves = []
     if len(trade_off.counts):
         chart = curve_chart(
-            trade_off.counts, trade_off.rho0, trade_off.bound, (plan.count, own),
+            trade_off.counts,
+            trade_off.rho0,
+            trade_off.bound,
+            (plan.count, own),
             "number of experiments",
         )
         said = captions.of_experiments(plan, trade_off)
         curves.append(("More or fewer experiments", chart, said))
     if len(trade_off.configurations):
         chart = curve_chart(
-            trade_off.configurations, trade_off.rho0_configurations, None, (few, own),
+            trade_off.configurations,
+            trade_off.rho0_configurations,
+            None,
+            (few, own),
             f"configurations for {plan.count} experiments",
         )
         said = captions.of_configurations(trade_off)

@@ -136,8 +136,15 @@ def _surface(surface: Surface, role: str, group: int) -> list[Trace]:
     body = _mesh(surface.solid, COLOURS["muted"], role, group)
     traces = [_lines(list(surface.outlines), COLOURS["faint"], role, group, 2)]
     traces.append(
-        _text(surface.label[None], [surface.name], COLOURS["muted"], role, group, 11,
-              "top left" if role == "limit" else "top right")
+        _text(
+            surface.label[None],
+            [surface.name],
+            COLOURS["muted"],
+            role,
+            group,
+            11,
+            "top left" if role == "limit" else "top right",
+        )
     )
     if body is not None:
         body |= {"opacity": 0.13, "lighting": {"ambient": 1.0, "diffuse": 0.0}}
@@ -152,9 +159,18 @@ def _mesh(solid: Solid, colour: str, role: str, group: int) -> Trace | None:
     x, y, z = np.round(1e3 * solid.vertices, 1).T.tolist()
     i, j, k = solid.triangles.T.tolist()
     return {
-        "type": "mesh3d", "x": x, "y": y, "z": z, "i": i, "j": j, "k": k, "color": colour,
-        "lighting": _LIGHT, "lightposition": {"x": 4000, "y": -9000, "z": 12000},
-        "hoverinfo": "skip", "meta": {"role": role, "group": group},
+        "type": "mesh3d",
+        "x": x,
+        "y": y,
+        "z": z,
+        "i": i,
+        "j": j,
+        "k": k,
+        "color": colour,
+        "lighting": _LIGHT,
+        "lightposition": {"x": 4000, "y": -9000, "z": 12000},
+        "hoverinfo": "skip",
+        "meta": {"role": role, "group": group},
     }
 
 
@@ -167,8 +183,14 @@ def _lines(lines: list[Array], colour: str, role: str, group: int, width: int) -
         for column in points.T
     )
     return {
-        "type": "scatter3d", "mode": "lines", "x": x, "y": y, "z": z, "connectgaps": False,
-        "line": {"color": colour, "width": width}, "hoverinfo": "skip",
+        "type": "scatter3d",
+        "mode": "lines",
+        "x": x,
+        "y": y,
+        "z": z,
+        "connectgaps": False,
+        "line": {"color": colour, "width": width},
+        "hoverinfo": "skip",
         "meta": {"role": role, "group": group},
     }
 
@@ -179,9 +201,15 @@ def _text(
     """Words at points (K, 3) [m]."""
     x, y, z = np.round(1e3 * at, 1).T.tolist()
     return {
-        "type": "scatter3d", "mode": "text", "x": x, "y": y, "z": z,
-        "text": [_short(word) for word in words], "textposition": side,
-        "textfont": {"color": colour, "size": size}, "hoverinfo": "skip",
+        "type": "scatter3d",
+        "mode": "text",
+        "x": x,
+        "y": y,
+        "z": z,
+        "text": [_short(word) for word in words],
+        "textposition": side,
+        "textfont": {"color": colour, "size": size},
+        "hoverinfo": "skip",
         "meta": {"role": role, "group": group},
     }
 
@@ -200,13 +228,18 @@ def _layout(stage: Stage) -> dict[str, Any]:
             "title": {"text": f"{name} [mm]", "font": {"size": 12, "color": COLOURS["muted"]}},
             "range": [round(low), round(high)],
             "tickfont": {"size": 10, "color": COLOURS["muted"]},
-            "nticks": 6, "tickformat": "d", "showspikes": False, "backgroundcolor": COLOURS["wash"],
-            "showbackground": name == "z", "gridcolor": COLOURS["line"],
+            "nticks": 6,
+            "tickformat": "d",
+            "showspikes": False,
+            "backgroundcolor": COLOURS["wash"],
+            "showbackground": name == "z",
+            "gridcolor": COLOURS["line"],
             "zerolinecolor": COLOURS["ghost"],
         }
     return {
         "scene": {**axes, "aspectmode": "data", "dragmode": "orbit"},
-        "showlegend": False, "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
+        "showlegend": False,
+        "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
         "paper_bgcolor": COLOURS["paper"],
         "font": {"family": "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif"},
     }

@@ -61,8 +61,11 @@ def ball(centre: Array, radius: float) -> Solid:
     up = np.array([0.0, 0.0, radius])
     return union(
         tube(
-            centre + np.sin(a) * up, centre + np.sin(b) * up,
-            radius * float(np.cos(a)), radius * float(np.cos(b)), 12,
+            centre + np.sin(a) * up,
+            centre + np.sin(b) * up,
+            radius * float(np.cos(a)),
+            radius * float(np.cos(b)),
+            12,
         )
         for a, b in pairwise(levels)
     )

@@ -34,8 +34,13 @@ def join(parts: Iterable[str]) -> Markup:
 def drawing(width: float, height: float, about: str, *children: str, class_: str = "") -> Markup:
     """A whole picture that scales with its box; `about` is read to those who cannot see it."""
     return tag(
-        "svg", tag("title", about), *children,
-        viewBox=f"0 0 {width:.0f} {height:.0f}", width=width, height=height, role="img",
+        "svg",
+        tag("title", about),
+        *children,
+        viewBox=f"0 0 {width:.0f} {height:.0f}",
+        width=width,
+        height=height,
+        role="img",
         class_=f"picture {class_}".strip(),
     )
 
@@ -92,8 +97,12 @@ class Scale:
 
 def tick_labels(ticks: list[float]) -> list[str]:
     """Ticks as text with the digits they need."""
-    return [number(tick, 3).rstrip("0").rstrip(".") if _fraction(tick) else number(tick, 6)
-            .split(".")[0] for tick in ticks]
+    return [
+        number(tick, 3).rstrip("0").rstrip(".")
+        if _fraction(tick)
+        else number(tick, 6).split(".")[0]
+        for tick in ticks
+    ]
 
 
 def _fraction(value: float) -> bool:

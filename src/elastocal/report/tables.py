@@ -105,8 +105,10 @@ def support(plan: Plan) -> Table | None:
         return None
     order = np.argsort(-weights)[:_MOST_SUPPORT]
     order = order[weights[order] >= 5e-4]
-    turns = [(name, bool(slides)) for name, slides in
-             zip(robot.joint_names, robot.prismatic, strict=True)]
+    turns = [
+        (name, bool(slides))
+        for name, slides in zip(robot.joint_names, robot.prismatic, strict=True)
+    ]
     heads = ("Weight", *(f"{name} [{joint_unit(slides)}]" for name, slides in turns), "Force [N]")
     rows = []
     for i in order:

@@ -65,8 +65,12 @@ def verdict(plan: Plan, random: Array | None) -> Verdict:
     )
     shown = length(rho0).split(" ") if np.isfinite(rho0) else ["∞", ""]
     return Verdict(
-        work, (shown[0], shown[1]), meaning, tuple(_tiles(plan, random)),
-        tuple(proof(plan.certificate)), tuple(_advice(plan)),
+        work,
+        (shown[0], shown[1]),
+        meaning,
+        tuple(_tiles(plan, random)),
+        tuple(proof(plan.certificate)),
+        tuple(_advice(plan)),
     )
 
 
