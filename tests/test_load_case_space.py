@@ -12,6 +12,7 @@ from elastocal.errors import InfeasibleError
 from elastocal.load_case import LoadCases
 from elastocal.load_case_space import LoadCaseSpace
 from elastocal.loads import FreeDirection
+from elastocal.posture import forward_kinematics
 from tests.arms import central_difference
 from tests.paper.problems import cone, kr270
 from tests.paper.published import A0, CALIBRATION_FORCE, SIGMA
@@ -122,7 +123,7 @@ def test_a_thin_feasible_set_is_sampled_too() -> None:
     )
     x = replace(space, constraints=slab).sample(50, np.random.default_rng(8))
     assert x.shape == (50, 6)
-    height = space.robot.forward(x)[:, 2] @ np.append(point, 1.0)
+    height = forward_kinematics(space.robot, x)[:, 2] @ np.append(point, 1.0)
     assert (height >= 1.5).all()
     assert (height <= 1.502).all()
     assert np.ptp(x, axis=0).min() > 1.0  # and it is not always the same corner

@@ -19,6 +19,8 @@ _PUBLIC = {
     "from_dh": "elastocal.robots",
     "DHRow": "elastocal.robots",
     "LoadCases": "elastocal.load_case",
+    "forward_kinematics": "elastocal.posture",
+    "jacobian": "elastocal.posture",
     "joint_springs": "elastocal.elastostatics",
     "regressor": "elastocal.elastostatics",
     "deflection": "elastocal.elastostatics",

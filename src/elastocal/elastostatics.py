@@ -22,7 +22,7 @@ import numpy as np
 from elastocal.arrays import Array, BoolArray, IntArray, frozen
 from elastocal.errors import InputError
 from elastocal.load_case import LoadCases
-from elastocal.posture import Posture, cross, dot
+from elastocal.posture import Posture, cross, dot, jacobian
 from elastocal.robot import Robot, Tool
 
 
@@ -132,8 +132,8 @@ def cartesian_stiffness(robot: Robot, compliance: Array, q: Array, point: Array)
 
     Source: paper eq. (1), where K stands for K_θ and K_E for K_C.
     """
-    jacobian = robot.jacobian(q, point)
-    compliances = jacobian * compliance @ jacobian.transpose(0, 2, 1)
+    columns = jacobian(robot, q, point)
+    compliances = columns * compliance @ columns.transpose(0, 2, 1)
     # Metres and radians differ in size: judge the rank on rows of equal length.
     scale = 1.0 / np.sqrt(np.maximum(np.diagonal(compliances, axis1=1, axis2=2), 1e-300))
     smallest = np.linalg.eigvalsh(compliances * scale[:, :, None] * scale[:, None, :])[:, 0]

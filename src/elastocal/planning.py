@@ -28,6 +28,7 @@ Progress = Callable[[str, float], None]
 
 SINGULAR = 1e-5  # scaled eigenvalue below which an optimum counts as singular
 FLOOR = 1e-4  # share of the loss that a floor adds
+_ALIKE = 0.03  # relative distance of information matrices that are shown as one
 _OPEN = 0.1  # gap between value and bound that only a singular optimum leaves
 
 
@@ -43,7 +44,8 @@ class Certificate:
             could be saved.
         fresh_starts: Fresh random starts that failed to refute the bound.
         attained: How many of them reached the same maximum.
-        support: Load cases of the continuous design behind the bound.
+        support: Load cases of the continuous design behind the bound, those of nearly the same
+            information taken together.
         weights: (S,) their weights.
         peak: The load case where the sensitivity is largest.
         peak_ratio: Sensitivity there over the mean over the support: 1 at an optimum.
@@ -271,6 +273,9 @@ def certificate(study: Study, bound: Bound, cases: LoadCases, repeats: IntArray)
     value = float(bound.criterion.value(information_matrix[None])[0])
     dual = design.certificate
     level = float(np.einsum("i,ijk,jk->", design.weights, design.informations, dual.gradient))
+    x, weights = _merged(design)
+    support, _ = simplify(study, space.load_cases(x))
+    peak, _ = simplify(study, space.load_cases(dual.x_largest[None]))
     return Certificate(
         criterion=study.criterion,
         kind="numerical",
@@ -278,12 +283,29 @@ def certificate(study: Study, bound: Bound, cases: LoadCases, repeats: IntArray)
         efficiency=value / (m * dual.upper),
         fresh_starts=dual.starts,
         attained=dual.attained,
-        support=space.load_cases(design.x),
-        weights=frozen(design.weights),
-        peak=space.load_cases(dual.x_largest[None]),
+        support=support,
+        weights=frozen(weights),
+        peak=peak,
         peak_ratio=dual.largest / level,
         floored=bound.floored,
     )
+
+
+def _merged(design: ContinuousDesign) -> tuple[Array, Array]:
+    """Support and weights with points of nearly the same information taken together."""
+    flat = design.informations.reshape(len(design.x), -1)
+    kept: list[int] = []
+    weights: list[float] = []
+    for i in np.argsort(-design.weights, kind="stable"):
+        distance = np.linalg.norm(flat[kept] - flat[i], axis=1) / np.linalg.norm(flat[i])
+        near = np.flatnonzero(distance < _ALIKE)
+        if len(near):
+            weights[near[0]] += float(design.weights[i])
+        else:
+            kept.append(int(i))
+            weights.append(float(design.weights[i]))
+    order = [i for i in np.argsort(weights)[::-1] if weights[i] > 1e-3 * max(weights)]
+    return design.x[np.array(kept)[order]], np.array(weights)[order]
 
 
 def _enough(parameters: int) -> int:

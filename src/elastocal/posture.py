@@ -102,6 +102,35 @@ class Posture:
         return gradient
 
 
+def forward_kinematics(robot: Robot, q: Array) -> Array:
+    """T_base_flange, (N, 4, 4) [m], of N configurations `q`, (N, n) [rad or m]."""
+    posture = Posture(robot, q)
+    transforms = np.zeros((posture.count, 4, 4))
+    transforms[:, :3, :] = posture.bodies[-1].transpose(2, 1, 0)
+    transforms[:, 3, 3] = 1.0
+    return transforms
+
+
+def jacobian(robot: Robot, q: Array, point: Array | None = None) -> Array:
+    """Geometric Jacobian at a point of the flange body.
+
+    Args:
+        robot: Robot with n joints.
+        q: (N, n) configurations [rad or m].
+        point: (3,) point in the flange frame [m]; the flange origin if None.
+
+    Returns:
+        (N, 6, n): velocity of the point over angular velocity, in the base frame.
+    """
+    posture = Posture(robot, q)
+    at = posture.point(np.zeros(3) if point is None else np.asarray(point, dtype=float))
+    result = np.zeros((posture.count, 6, len(robot.joints)))
+    turning = ~robot.prismatic
+    result[:, :3, :] = posture.point_jacobian(at).transpose(2, 0, 1)
+    result[:, 3:, turning] = posture.axes[:, turning].transpose(2, 0, 1)
+    return result
+
+
 def cross(a: Array, b: Array) -> Array:
     """Cross product along the first axis, (3, ...)."""
     (a0, a1, a2), (b0, b1, b2) = a, b

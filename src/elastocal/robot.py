@@ -1,7 +1,7 @@
 """Robot: a serial chain of revolute and prismatic joints, as data, and its tools.
 
-In: fixed transforms, joint axes, limits. Out: forward kinematics and Jacobian in batch.
-A robot answers geometry questions only; it does not plan, identify or draw.
+A robot is data: fixed transforms, joint axes, limits. What follows from it, such as forward
+kinematics and Jacobians, is in `posture.py`.
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ class Joint:
             raise InputError(f"joint {self.name!r}: its axis must be a non-zero vector [x, y, z]")
         if not self.lower < self.upper:
             raise InputError(
-                f"joint {self.name!r}: the lower limit {self.lower:g} must be below the upper limit "
-                f"{self.upper:g}"
+                f"joint {self.name!r}: the lower limit {self.lower:g} must be below the upper "
+                f"limit {self.upper:g}"
             )
         object.__setattr__(self, "T_parent_joint", transform)
         object.__setattr__(self, "axis", frozen(axis / length))
@@ -78,7 +78,7 @@ class Tool:
         object.__setattr__(self, "markers", frozen(np.reshape(self.markers, (-1, 3))))
         if len(self.marker_names) != len(self.markers):
             raise InputError(
-                f"tool {self.name!r}: {len(self.markers)} markers but {len(self.marker_names)} names"
+                f"tool {self.name!r}: {len(self.markers)} markers, {len(self.marker_names)} names"
             )
 
 
@@ -143,36 +143,6 @@ class Robot:
                 f"{', '.join(self.joint_names)}"
             )
         return [self.joint_names.index(name) for name in names]
-
-    def forward(self, q: Array) -> Array:
-        """T_base_flange, (N, 4, 4) [m], of N configurations `q`, (N, n) [rad or m]."""
-        from elastocal.posture import Posture
-
-        posture = Posture(self, q)
-        transforms = np.zeros((len(q), 4, 4))
-        transforms[:, :3, :] = np.moveaxis(posture.bodies[-1], 2, 0).transpose(0, 2, 1)
-        transforms[:, 3, 3] = 1.0
-        return transforms
-
-    def jacobian(self, q: Array, point: Array | None = None) -> Array:
-        """Geometric Jacobian at a point of the flange body.
-
-        Args:
-            q: (N, n) configurations [rad or m].
-            point: (3,) point in the flange frame [m]; the flange origin if None.
-
-        Returns:
-            (N, 6, n): velocity of the point over angular velocity, in the base frame.
-        """
-        from elastocal.posture import Posture
-
-        posture = Posture(self, q)
-        at = posture.point(np.zeros(3) if point is None else np.asarray(point))
-        jacobian = np.zeros((len(q), 6, len(self.joints)))
-        jacobian[:, :3, :] = posture.point_jacobian(at).transpose(2, 0, 1)
-        turning = ~self.prismatic
-        jacobian[:, 3:, turning] = posture.axes[:, turning].transpose(2, 0, 1)
-        return jacobian
 
 
 def transform(rotation: Array | None = None, translation: Sequence[float] = (0, 0, 0)) -> Array:

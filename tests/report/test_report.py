@@ -18,6 +18,7 @@ from elastocal.constraints import Elevation, HalfSpace, MinRadius, Tilt
 from elastocal.load_case import LoadCases
 from elastocal.loads import FixedVector
 from elastocal.planning import Certificate, Plan
+from elastocal.posture import forward_kinematics
 from elastocal.report.skeleton import skeletons
 from elastocal.report.svg import Scale
 from elastocal.report.units import direction, length, number, percent
@@ -307,7 +308,7 @@ def test_same_plan_same_report() -> None:
 def test_skeleton_ends_where_kinematics_says() -> None:
     plan = kuka_plan()
     robot, tool, q = plan.study.robot, plan.study.experiments.tool, plan.load_cases.q
-    flange = robot.forward(q)
+    flange = forward_kinematics(robot, q)
     for i, skeleton in enumerate(skeletons(robot, tool, q)):
         assert np.allclose(skeleton.arm[-1], flange[i, :3, 3], atol=1e-9)
         load_point = flange[i] @ np.append(tool.load_point, 1.0)

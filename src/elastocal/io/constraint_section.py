@@ -6,18 +6,9 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.constraints import Constraint, Elevation, HalfSpace, MinRadius, Tilt
-from elastocal.errors import InputError
 from elastocal.io.schema import ConstraintsFile, WorkspaceFile
-from elastocal.io.yaml_lines import Path_
+from elastocal.io.yaml_lines import LocatedError
 from elastocal.robot import Robot, Tool
-
-
-class LocatedError(InputError):
-    """An error at a key below the section being read."""
-
-    def __init__(self, path: Path_, message: str) -> None:
-        super().__init__(message)
-        self.path = path
 
 
 def limits_of(robot: Robot, entry: ConstraintsFile) -> Array:

@@ -18,6 +18,7 @@ from elastocal import __version__
 from elastocal.arrays import Array, IntArray
 from elastocal.errors import InputError, PlanFileError
 from elastocal.io.files import read_text, write_text
+from elastocal.io.joint_values import configuration
 from elastocal.load_case import LoadCases
 from elastocal.planning import Certificate, Plan
 from elastocal.robot import Robot
@@ -277,8 +278,6 @@ def _read_json(text: str, path: Path, robot: Robot) -> Proposal:
 
 
 def _joints(entry: dict[str, Any], robot: Robot, where: str) -> Array:
-    from elastocal.io.study_file import configuration
-
     values = {}
     for key in ("q_deg", "q_mm"):
         section = entry.get(key, {})

@@ -9,11 +9,14 @@ from typing import Any
 import numpy as np
 
 from elastocal.arrays import Array
+from elastocal.assessment import load_case_information
 from elastocal.criteria import CRITERIA
 from elastocal.elastostatics import VirtualJoints
 from elastocal.errors import ElastocalError, InputError, StudyError
-from elastocal.io.constraint_section import LocatedError, constraints_of, limits_of
+from elastocal.io.constraint_section import constraints_of, limits_of
 from elastocal.io.files import read_text
+from elastocal.io.joint_values import configuration
+from elastocal.io.plan_file import read_proposal
 from elastocal.io.schema import (
     ConeFile,
     DHRobotFile,
@@ -24,7 +27,7 @@ from elastocal.io.schema import (
     ToolFile,
     validate,
 )
-from elastocal.io.yaml_lines import Located, Path_, parse
+from elastocal.io.yaml_lines import Located, LocatedError, Path_, parse
 from elastocal.load_case import LoadCases
 from elastocal.loads import FixedVector, FreeDirection, Load
 from elastocal.robot import Robot, Tool
@@ -229,45 +232,6 @@ def _test_pose(
     return test_pose(robot, springs, tool, LoadCases(q[None], wrench[None]), entry.weight, name)
 
 
-def configuration(
-    robot: Robot, degrees: dict[str, float] | list[float] | None, mm: dict[str, float] | None
-) -> Array:
-    """(n,) joint vector [rad or m] of values by joint name.
-
-    Raises:
-        InputError: a joint is missing, unknown, or in the wrong unit.
-    """
-    if isinstance(degrees, list):
-        if robot.prismatic.any():
-            raise LocatedError(
-                ("q_deg",), "the robot has sliding joints: give q_deg and q_mm by name"
-            )
-        if len(degrees) != len(robot.joints):
-            raise LocatedError(
-                ("q_deg",),
-                f"q_deg needs {len(robot.joints)} angles ({', '.join(robot.joint_names)}), found "
-                f"{len(degrees)}",
-            )
-        return np.radians(degrees)
-    values = {"q_deg": degrees or {}, "q_mm": mm or {}}
-    for key, entries in values.items():
-        for name in entries:
-            if name not in robot.joint_names:
-                raise LocatedError(
-                    (key, name), f"no joint {name!r}; the joints are {', '.join(robot.joint_names)}"
-                )
-            if robot.joints[robot.joint_names.index(name)].prismatic != (key == "q_mm"):
-                right = "q_deg" if key == "q_mm" else "q_mm"
-                raise LocatedError((key, name), f"joint {name!r} belongs under {right}")
-    q = []
-    for joint in robot.joints:
-        key = "q_mm" if joint.prismatic else "q_deg"
-        if joint.name not in values[key]:
-            raise LocatedError((key,), f"joint {joint.name!r} has no value in {key}")
-        q.append(values[key][joint.name] * (1e-3 if joint.prismatic else np.pi / 180.0))
-    return np.array(q)
-
-
 def _experiments(entry: ExperimentsFile, tools: dict[str, Tool]) -> Experiments:
     force = _load(
         "force_N", entry.force_N, "max_force_N", entry.max_force_N, "direction", entry.direction
@@ -369,9 +333,6 @@ def _prior(study: Study, entry: PriorFile, folder: Path) -> Array:
         if np.linalg.eigvalsh(information)[0] < -1e-9 * np.abs(information).max():
             raise LocatedError((given[0],), "the information matrix has a negative eigenvalue")
         return information
-    from elastocal.assessment import load_case_information
-    from elastocal.io.plan_file import read_proposal
-
     assert entry.plan is not None
     try:
         proposal = read_proposal(folder / entry.plan, study)

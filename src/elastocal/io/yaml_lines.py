@@ -10,7 +10,7 @@ from typing import Any
 
 import yaml
 
-from elastocal.errors import StudyError
+from elastocal.errors import InputError, StudyError
 
 Path_ = tuple[str | int, ...]
 
@@ -31,6 +31,14 @@ class Located:
         while path and path not in self._lines:
             path = path[:-1]
         return f"{self.file}, line {self._lines.get(path, 1)}"
+
+
+class LocatedError(InputError):
+    """An error at a key below the section being read."""
+
+    def __init__(self, path: Path_, message: str) -> None:
+        super().__init__(message)
+        self.path = path
 
 
 def parse(text: str, file: Path) -> Located:
