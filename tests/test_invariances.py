@@ -13,11 +13,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from elastocal.assessment import assess
+from elastocal.certification import lower_bound
 from elastocal.design.exact import Effort
 from elastocal.elastostatics import joint_springs
 from elastocal.load_case import LoadCases
 from elastocal.loads import FixedVector
-from elastocal.planning import lower_bound, plan
+from elastocal.planning import plan
 from elastocal.robot import Robot, transform
 from elastocal.study import Experiments, Study, TestPose, test_pose
 from tests.arms import random_chain, random_rotation, random_tool

@@ -19,7 +19,8 @@ from elastocal import __version__
 from elastocal.errors import ElastocalError, InfeasibleError, InputError
 
 if TYPE_CHECKING:
-    from elastocal.planning import Bound, Plan
+    from elastocal.certification import Bound
+    from elastocal.planning import Plan
     from elastocal.study import Study
 
 app = typer.Typer(
@@ -234,9 +235,10 @@ def report(
 ) -> None:
     """Show a plan as a page that works offline."""
     from elastocal.assessment import assess
+    from elastocal.certification import certificate
     from elastocal.io.plan_file import read_proposal, study_text
     from elastocal.io.study_file import parse_study
-    from elastocal.planning import Plan, certificate
+    from elastocal.planning import Plan
 
     _writable(out)
     text = study_text(plan_file) if study is None else None
@@ -329,7 +331,7 @@ def _bound(study: Study, count: int, seed: int) -> Bound:
     """A bound computed anew, from another stream of random numbers than the planner's."""
     import numpy as np
 
-    from elastocal.planning import lower_bound
+    from elastocal.certification import lower_bound
 
     experiments = replace(study.experiments, count=count)
     with _progress("bound") as tell:

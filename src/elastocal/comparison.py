@@ -12,11 +12,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
+from elastocal.certification import Progress, lower_bound
 from elastocal.criteria import mean_test_pose
 from elastocal.design.exact import Effort
 from elastocal.design.space import information
 from elastocal.errors import IdentifiabilityError
-from elastocal.planning import Progress, lower_bound, plan
+from elastocal.planning import plan
 from elastocal.study import Study
 
 LIGHT = Effort(batch=48, generations=6, patience=2)

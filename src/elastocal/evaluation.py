@@ -13,9 +13,9 @@ import numpy as np
 
 from elastocal.arrays import IntArray
 from elastocal.assessment import Assessment, assess
+from elastocal.certification import Bound, Certificate, certificate, confirmed
 from elastocal.identifiability import unidentifiable
 from elastocal.load_case import LoadCases
-from elastocal.planning import Bound, Certificate, certificate, confirmed
 from elastocal.study import Study
 
 _AGREE = 1e-4  # claims may differ by this share: a run sheet rounds its angles

@@ -16,11 +16,12 @@ from rich.text import Text
 
 from elastocal.arrays import Array
 from elastocal.assessment import describe
+from elastocal.certification import Certificate
+from elastocal.certification import Progress as Tell
 from elastocal.checkup import Checkup
 from elastocal.evaluation import Evaluation
 from elastocal.loads import FixedVector, FreeDirection, Load
-from elastocal.planning import Certificate, Plan
-from elastocal.planning import Progress as Tell
+from elastocal.planning import Plan
 from elastocal.robot import Robot
 from elastocal.study import Study
 

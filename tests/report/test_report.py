@@ -13,11 +13,12 @@ import pytest
 
 from elastocal import report
 from elastocal.assessment import assess
+from elastocal.certification import Certificate
 from elastocal.comparison import TradeOff
 from elastocal.constraints import Elevation, HalfSpace, MinRadius, Tilt
 from elastocal.load_case import LoadCases
 from elastocal.loads import FixedVector
-from elastocal.planning import Certificate, Plan
+from elastocal.planning import Plan
 from elastocal.posture import forward_kinematics
 from elastocal.report.skeleton import skeletons
 from elastocal.report.svg import Scale

@@ -16,11 +16,12 @@ import numpy as np
 
 from elastocal import __version__
 from elastocal.arrays import Array, IntArray
+from elastocal.certification import Certificate
 from elastocal.errors import InputError, PlanFileError
 from elastocal.io.files import read_text, write_text
 from elastocal.io.joint_values import configuration
 from elastocal.load_case import LoadCases
-from elastocal.planning import Certificate, Plan
+from elastocal.planning import Plan
 from elastocal.robot import Robot
 from elastocal.study import Study
 

@@ -8,8 +8,9 @@ from __future__ import annotations
 import numpy as np
 
 from elastocal.arrays import Array
+from elastocal.certification import Certificate
 from elastocal.comparison import TradeOff
-from elastocal.planning import Certificate, Plan
+from elastocal.planning import Plan
 from elastocal.report.surfaces import APERTURES, WALLS
 from elastocal.report.units import length, number
 

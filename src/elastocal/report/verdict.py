@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.planning import Certificate, Plan
+from elastocal.certification import Certificate
+from elastocal.planning import Plan
 from elastocal.report.units import given, length, number, percent
 
 
