@@ -50,8 +50,8 @@ class Effort:
     """
 
     batch: int = 96
-    generations: int = 12
-    patience: int = 4
+    generations: int = 24
+    patience: int = 7
     stages: tuple[tuple[int, float], ...] = ((30, 0.33), (40, 0.4), (60, 1.0))
 
 
@@ -169,7 +169,10 @@ def exact_design(
         effort: How long to search.
         progress: Told the best value so far.
     """
-    effort = effort or Effort()
+    if effort is None:
+        # Rounding the continuous design does most of the work where there is room for its support.
+        easy = continuous is not None and count > distinct > space.parameters
+        effort = Effort(generations=12, patience=4) if easy else Effort()
     base = np.zeros((space.parameters,) * 2) if base is None else base
     breeder = _Breeder(space, criterion, count, distinct, rng, base, continuous)
     elite = breeder.evolve(breeder.first(effort.batch), effort)

@@ -174,7 +174,7 @@ def write_run_sheet(plan: Plan, path: Path) -> None:
     for i in range(len(plan.load_cases)):
         scale = np.where(robot.prismatic, 1e3, 180.0 / np.pi)
         joints = [f"{value:.4f}" for value in scale * plan.load_cases.q[i]]
-        loads = [f"{value + 0.0:.4f}" for value in plan.load_cases.wrench[i]]
+        loads = [f"{value + 0.0:.9g}" for value in plan.load_cases.wrench[i]]
         near = plan.assessment.nearest[i].name
         writer.writerow([i + 1, *joints, *loads, int(plan.repeats[i]), near])
     write_text(path, out.getvalue())
