@@ -1,0 +1,206 @@
+"""What the documents say is true where a test can tell: code runs, links lead somewhere."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+import typer
+
+import elastocal as ec
+from elastocal.cli import app
+from elastocal.criteria import CRITERIA
+from elastocal.io import schema
+from elastocal.io.plan_file import plan_document
+from elastocal.io.study_file import parse_study
+from elastocal.robots import BUILTIN
+from tests.test_examples import ROOT, quietly
+
+DOCS = ROOT / "docs"
+DOCUMENTS = sorted(
+    [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), ROOT / "benchmarks" / "README.md"]
+)
+RECORDS = sorted((DOCS / "decisions").glob("*.md"))
+COMMANDS = typer.main.get_command(app).commands  # type: ignore[attr-defined]
+MODELS = [m for m in vars(schema).values() if isinstance(m, type) and issubclass(m, schema.Section)]
+LIVES_LATER = {"demo", "dist", "results"}  # folders that commands make
+
+
+class Block(NamedTuple):
+    """A fenced block."""
+
+    file: Path
+    line: int
+    language: str
+    text: str
+
+    @property
+    def name(self) -> str:
+        return f"{name_of(self.file)}:{self.line}"
+
+
+def name_of(path: Path) -> str:
+    """Path in the repository, for the names of tests."""
+    return path.relative_to(ROOT).as_posix()
+
+
+def blocks(language: str) -> list[Block]:
+    """All fenced blocks of a language; "python no-run" is another one than "python"."""
+    return [b for path in DOCUMENTS for b in _blocks(path) if b.language == language]
+
+
+def _blocks(path: Path) -> Iterator[Block]:
+    lines = path.read_text("utf-8").splitlines()
+    start: int | None = None
+    for number, line in enumerate(lines):
+        if not line.startswith("```"):
+            continue
+        if start is None:
+            start = number
+        else:
+            text = "\n".join(lines[start + 1 : number]) + "\n"
+            yield Block(path, start + 1, lines[start][3:].strip(), text)
+            start = None
+    assert start is None, f"{path}: a block is not closed"
+
+
+def quoted(path: Path) -> list[str]:
+    """What stands between backticks, and indented or fenced lines of code."""
+    fenced = [line for block in _blocks(path) for line in block.text.splitlines()]
+    indented = re.findall(r"^    (\S.*)$", path.read_text("utf-8"), re.MULTILINE)
+    return spans(path) + fenced + indented
+
+
+def spans(path: Path) -> list[str]:
+    """What stands between backticks in the running text."""
+    text = re.sub(r"^```.*?^```", "", path.read_text("utf-8"), flags=re.DOTALL | re.MULTILINE)
+    return [" ".join(span.split()) for span in re.findall(r"`([^`]+)`", text)]
+
+
+def words(path: Path) -> set[str]:
+    """Words between backticks in the running text."""
+    return {word for span in spans(path) for word in re.findall(r"[\w-]+", span)}
+
+
+@pytest.mark.parametrize("block", blocks("python"), ids=lambda block: block.name)
+def test_python_runs(block: Block) -> None:
+    """In the root of the repository, as a reader would; "python no-run" is left out."""
+    done = subprocess.run(
+        [sys.executable, "-c", block.text],
+        cwd=ROOT,
+        env=quietly(),
+        capture_output=True,
+        encoding="utf-8",
+        timeout=300,
+    )
+    assert done.returncode == 0, done.stderr
+
+
+STUDIES = [block for block in blocks("yaml") if "elastocal: 1" in block.text]
+
+
+@pytest.mark.parametrize("block", STUDIES, ids=lambda block: block.name)
+def test_a_study_can_be_read_and_identified(block: Block) -> None:
+    study = parse_study(block.text, block.file)
+    assert ec.check(study).problem is None
+
+
+def test_there_are_examples_of_studies_and_code() -> None:
+    assert len(STUDIES) >= 2
+    assert len(blocks("python")) >= 2
+
+
+def anchors(path: Path) -> set[str]:
+    """Names under which the headings of a document can be reached."""
+    headings = re.findall(r"^#+ (.*)$", path.read_text("utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", h.lower()).strip().replace(" ", "-") for h in headings}
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=name_of)
+def test_links_lead_somewhere(path: Path) -> None:
+    for target in re.findall(r"\]\(([^)\s]+)\)", path.read_text("utf-8")):
+        if re.match(r"[a-z]+:", target):
+            continue
+        file, _, anchor = target.partition("#")
+        goal = (path.parent / file).resolve() if file else path
+        assert goal.exists(), f"{target} does not exist"
+        assert goal.is_relative_to(ROOT), f"{target} leaves the repository"
+        if anchor:
+            assert anchor in anchors(goal), f"no heading for {target}"
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=name_of)
+def test_named_files_exist(path: Path) -> None:
+    for code in quoted(path):
+        for name in re.findall(r"(?<![\w/.])(?:src|tests|docs|examples|benchmarks)/[\w./-]+", code):
+            found = ROOT / name.rstrip(".")
+            missing = not found.exists() and not LIVES_LATER & set(found.parts)
+            assert not missing, f"{name} does not exist"
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=name_of)
+def test_commands_exist_with_their_options(path: Path) -> None:
+    for code in quoted(path):
+        line = code.split("#")[0]
+        for command in re.findall(r"^elastocal ([a-z]+)", line):
+            assert command in COMMANDS, line
+            known = {option for p in COMMANDS[command].params for option in p.opts}
+            assert set(re.findall(r"--[a-z-]+", line)) <= known | {"--help"}, line
+        for target in re.findall(r"^make ([a-z-]+)", line):
+            assert re.search(rf"^{target}:", (ROOT / "Makefile").read_text("utf-8"), re.M), line
+
+
+def test_every_command_is_in_the_readme() -> None:
+    named = {c for code in quoted(ROOT / "README.md") for c in re.findall(r"elastocal (\w+)", code)}
+    assert set(COMMANDS) - {"demo"} <= named  # `make demo` is
+
+
+@pytest.mark.parametrize("model", MODELS, ids=lambda model: model.__name__)
+def test_every_key_of_a_study_is_documented(model: type[schema.Section]) -> None:
+    known = words(DOCS / "file-formats.md")
+    assert set(model.model_fields) <= known
+
+
+def test_every_key_of_a_plan_is_documented() -> None:
+    robot = ec.load_robot("three-link")
+    springs, tip = ec.joint_springs(robot), robot.tools["tip"]
+    case = ec.LoadCases(np.ones((1, 3)), np.eye(6)[:1])
+    pose = ec.test_pose(robot, springs, tip, case, 1.0, "task")
+    experiments = ec.Experiments(tip, ec.FixedVector(np.array([0.0, 1.0, 1.0])), 2)
+    study = ec.Study(robot, springs, (pose,), experiments, sigma=1.0)
+    document = plan_document(ec.plan(study))
+    keys = {*document, *document["certificate"], *document["load_cases"][0]}
+    keys |= {*document["certificate"]["peak"], *document["certificate"]["continuous_design"][0]}
+    keys |= {*document["study"], *document["load_cases"][0]["nearest_constraint"]}
+    assert keys <= words(DOCS / "file-formats.md")
+
+
+def test_every_criterion_and_robot_is_documented() -> None:
+    assert set(CRITERIA) <= words(DOCS / "how-to-choose.md")
+    assert set(BUILTIN) <= words(DOCS / "file-formats.md")
+
+
+def test_every_module_has_its_place_in_the_architecture() -> None:
+    source = Path(ec.__file__).parent
+    files = [*source.glob("*.py"), *(source / "design").glob("*.py")]
+    names = {path.name for path in files} - {"__main__.py"}
+    folders = {f"{path.name}/" for path in source.iterdir() if (path / "__init__.py").exists()}
+    assert names | folders <= set(spans(DOCS / "architecture.md"))
+
+
+@pytest.mark.parametrize("path", RECORDS, ids=lambda path: path.stem)
+def test_decision_records_have_their_form(path: Path) -> None:
+    lines = path.read_text("utf-8").splitlines()
+    assert len(lines) <= 60
+    number = RECORDS.index(path) + 1
+    assert path.name.startswith(f"{number:04d}-")
+    assert lines[0].startswith(f"# {number}. ")
+    assert re.fullmatch(r"\d{4}-\d{2}-\d{2}", lines[2])
+    headings = [line for line in lines if line.startswith("## ")]
+    assert headings == ["## Context", "## Decision", "## Consequences"]
