@@ -78,6 +78,12 @@ class Bound:
     target: Criterion
     design: ContinuousDesign | None
 
+    def loss(self, count: int) -> float:
+        """No plan of `count` experiments has a smaller loss 1/√φ: ρ0 [m] for test poses."""
+        if self.design is None:
+            return 0.0
+        return float(1.0 / np.sqrt(count * self.design.certificate.upper))
+
     @property
     def floored(self) -> bool:
         """Whether the search has a floor under the unknowns the criterion ignores."""
@@ -154,7 +160,7 @@ def certificate(study: Study, bound: Bound, cases: LoadCases, repeats: IntArray)
     return Certificate(
         criterion=study.criterion,
         kind="numerical",
-        lower_bound=float(1.0 / np.sqrt(m * dual.upper)),
+        lower_bound=bound.loss(m),
         efficiency=value / (m * dual.upper),
         fresh_starts=dual.starts,
         attained=dual.attained,

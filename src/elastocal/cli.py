@@ -52,6 +52,9 @@ def _guarded(command: Callable[..., None]) -> Callable[..., None]:
         except BrokenPipeError:
             sys.stderr.close()
             raise typer.Exit(0) from None
+        except OSError as error:
+            print(f"error: {error.strerror or error}", file=sys.stderr)
+            raise typer.Exit(2) from None
 
     return run
 
@@ -137,7 +140,8 @@ def plan(
     from elastocal.io.plan_file import plan_document, write_plan, write_run_sheet
     from elastocal.planning import plan as make
 
-    _writable(out)
+    _writable(out, study, suffix=".json")
+    _writable(out.with_suffix(".csv"), study)
     what = _overridden(_study(study), count, max_configurations, criterion)
     with _progress("planning") as tell:
         made = make(what, seed=seed, progress=tell)
@@ -168,21 +172,28 @@ def evaluate(
     """Judge plans from the study alone; refuse what breaks a constraint or claims too much."""
     from elastocal.comparison import random_plans
     from elastocal.evaluation import evaluate as judge
-    from elastocal.io.plan_file import read_proposal
+    from elastocal.io.plan_file import read_proposal, study_hash
 
     what = _study(study)
     results = {}
-    bounds: dict[int, Bound] = {}
+    bounds: dict[tuple[str, int], Bound] = {}
     for path in plans:
         proposal = read_proposal(path, what)
         name = path.name if path.name not in results else str(path)
+        if proposal.study_hash and proposal.study_hash != study_hash(what):
+            print(f"note: {name} was made from another version of the study", file=sys.stderr)
         m = int(proposal.repeats.sum())
-        key = m if what.prior.any() else 0
+        # A plan is judged by the criterion it was made for.
+        wanted = replace(what, criterion=proposal.criterion or what.criterion)
+        key = (wanted.criterion, m if what.prior.any() else 0)
         if key not in bounds:
-            bounds[key] = _bound(what, m, seed)
-        result = judge(what, proposal.load_cases, proposal.repeats, proposal.claims, bounds[key])
+            bounds[key] = _bound(wanted, m, seed)
+        result = judge(wanted, proposal.load_cases, proposal.repeats, proposal.claims, bounds[key])
         results[name] = (m, len(proposal.repeats), result)
-    rho0 = random_plans(what, random, seed=seed) if random else None
+    rho0 = {}
+    for m in {count for count, _, _ in results.values()} if random else ():
+        experiments = replace(what.experiments, count=m, max_configurations=None)
+        rho0[m] = random_plans(replace(what, experiments=experiments), random, seed=seed)
     if as_json:
         _print_json({name: _evaluation(*entry) for name, entry in results.items()})
     else:
@@ -240,7 +251,7 @@ def report(
     from elastocal.io.study_file import parse_study
     from elastocal.planning import Plan
 
-    _writable(out)
+    _writable(out, plan_file, *(vs or []))
     text = study_text(plan_file) if study is None else None
     what = _study(study) if study is not None else parse_study(text or "", plan_file)
     proposal = read_proposal(plan_file, what)
@@ -261,7 +272,8 @@ def report(
     others = {}
     for path in vs or []:
         other = read_proposal(path, what)
-        others[path.name] = assess(what, other.load_cases, other.repeats)
+        name = path.name if path.name not in others else str(path)
+        others[name] = assess(what, other.load_cases, other.repeats)
     _write_report(shown, out, others, quick, seed)
 
 
@@ -296,7 +308,10 @@ def demo(
     except OSError as error:
         raise InputError(f"{folder}: cannot be made ({error.strerror})") from None
     study_path = folder / "study.yaml"
-    write_text(study_path, read_text(_template()))
+    template = read_text(_template())
+    if study_path.exists() and read_text(study_path) != template:
+        raise InputError(f"{study_path}: exists and is not the demo's; choose another folder")
+    write_text(study_path, template)
     what = _study(study_path)
     with _progress("planning") as tell:
         made = make(what, seed=seed, progress=tell)
@@ -345,15 +360,27 @@ def _progress(title: str) -> Any:
     return progress(title)
 
 
-def _writable(path: Path) -> None:
-    """Refuse at once what would fail after the work is done."""
+def _writable(path: Path, *inputs: Path, suffix: str = "") -> None:
+    """Refuse at once what would fail after the work is done, or destroy what it starts from."""
+    import os
+
     if not path.parent.is_dir():
         raise InputError(f"{path}: the folder {path.parent} does not exist")
     if path.is_dir():
         raise InputError(f"{path}: is a folder, expected a file name")
+    if path.exists() and not path.is_file():
+        raise InputError(f"{path}: is not an ordinary file")
+    if not os.access(path.parent, os.W_OK):
+        raise InputError(f"{path}: the folder {path.parent} cannot be written to")
+    if suffix and path.suffix.lower() != suffix:
+        raise InputError(f"{path}: expected a name that ends in {suffix}")
+    if any(path.resolve() == given.resolve() for given in inputs):
+        raise InputError(f"{path}: would be written over the file it is made from")
 
 
 def _print_json(document: Any) -> None:
     import json
 
-    print(json.dumps(document, indent=2, ensure_ascii=False))
+    from elastocal.io.files import finite
+
+    print(json.dumps(finite(document), indent=2, ensure_ascii=False, allow_nan=False))

@@ -96,6 +96,10 @@ def trade_off(
     )
 
 
+_POOL = 20_000  # random load cases that random plans are drawn from
+_MANY = 2_000
+
+
 def random_plans(study: Study, number: int, *, seed: int = 0) -> Array:
     """(number,) ρ0 of random feasible plans with as many experiments as the study [m].
 
@@ -104,9 +108,10 @@ def random_plans(study: Study, number: int, *, seed: int = 0) -> Array:
     """
     rng = np.random.default_rng(seed)
     space, m = study.space, study.experiments.count
-    blocks = information(space.evaluate(space.sample(number * m, rng)).blocks)
-    p = len(study.springs)
-    totals = study.prior + blocks.reshape(number, m, p, p).sum(axis=1)
+    pool = information(space.evaluate(space.sample(min(number * m, _POOL), rng)).blocks)
+    drawn = min(m, _MANY)  # the mean of thousands is as good as that of millions
+    totals = np.array([pool[rng.integers(0, len(pool), drawn)].sum(axis=0) for _ in range(number)])
+    totals = study.prior + totals * (m / drawn)
     with np.errstate(divide="ignore"):
         return np.asarray(1.0 / np.sqrt(mean_test_pose(study).value(totals)))
 

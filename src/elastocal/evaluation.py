@@ -6,7 +6,7 @@ certificate from a bound computed anew, and every objection. The planner's word 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -56,6 +56,8 @@ def evaluate(
         claims: What is claimed: rho0 [m], lower_bound [m], efficiency, standard_error by joint.
         bound: Bound for this study and as many experiments.
     """
+    experiments = replace(study.experiments, count=int(repeats.sum()), max_configurations=None)
+    study = replace(study, experiments=experiments)
     worth = assess(study, cases, repeats)
     x = study.space.points(cases)
     bound = confirmed(study, bound, x, np.random.default_rng(0))
@@ -69,6 +71,9 @@ def _false_claims(
     study: Study, worth: Assessment, proof: Certificate, claims: dict[str, Any]
 ) -> list[str]:
     found = []
+    m = study.experiments.count
+    if claims.get("experiments", m) != m:
+        found.append(f"it claims {claims['experiments']:g} experiments but has {m}")
     if "rho0" in claims and _differ(claims["rho0"], worth.rho0, _AGREE):
         found.append(
             f"it claims ρ0 = {1e3 * claims['rho0']:.6g} mm but has {1e3 * worth.rho0:.6g} mm"

@@ -106,17 +106,33 @@ class LoadCaseSpace:
         """
         found: list[Array] = []
         total = tried = 0
-        while total < count:
-            x = self._draw(min(20000, max(256, 4 * (count - total))), rng)
-            feasible = (self._configuration_margins(x) >= 0.0).all(axis=1)
-            if tried >= _ENOUGH_TRIED and total < _THIN * tried:
-                x = restore(self, x[:2000])
-                feasible = (self._configuration_margins(x) >= 0.0).all(axis=1)
-                if not feasible.any() and not total:
-                    self._raise_infeasible(x)
-            found.append(x[feasible])
-            total, tried = total + int(feasible.sum()), tried + len(x)
+        while total < count and not (tried >= _ENOUGH_TRIED and total < _THIN * tried):
+            drawn = min(20000, max(256, 4 * (count - total)))
+            x = self._draw(drawn, rng)
+            x = x[(self._configuration_margins(x) >= 0.0).all(axis=1)]
+            found.append(x)
+            total, tried = total + len(x), tried + drawn
+        if total < count:
+            found.append(self._sample_thin(count - total, np.concatenate(found), rng))
         return np.concatenate(found)[:count]
+
+    def _sample_thin(self, count: int, known: Array, rng: np.random.Generator) -> Array:
+        """(count, d) points of a thin feasible set: random points restored, then stirred."""
+        restored = restore(self, self._draw(max(2 * count, 1000), rng))
+        feasible = (self._configuration_margins(restored) >= 0.0).all(axis=1)
+        pool = np.concatenate([restored[feasible], known])
+        if not len(pool):
+            self._raise_infeasible(restored)
+        if len(pool) < count:
+            pool = pool[rng.integers(0, len(pool), count)]
+        pool = pool[:count].copy()
+        half = pool[::2]
+        for share in (0.1, 0.03, 0.01):  # from the borders inward, at several scales
+            step = share * (self.upper - self.lower) * rng.normal(size=half.shape)
+            moved = np.clip(half + step, self.lower, self.upper)
+            inside = (self._configuration_margins(moved) >= 0.0).all(axis=1)
+            half[inside] = moved[inside]
+        return pool
 
     def _draw(self, count: int, rng: np.random.Generator) -> Array:
         """(count, d) points uniform in the joint ranges and in the allowed directions."""
@@ -158,8 +174,8 @@ class LoadCaseSpace:
         return np.concatenate([self.force.decode(x.T[n : n + k]), self.moment.decode(x.T[n + k :])])
 
 
-_ENOUGH_TRIED = 10_000  # random points before rejection is given up ...
-_THIN = 0.01  # ... if fewer than this share are feasible
+_ENOUGH_TRIED = 300_000  # random points before rejection is given up ...
+_THIN = 0.003  # ... if fewer than this share are feasible
 
 
 class LoadCaseEvaluation:

@@ -20,6 +20,7 @@ from elastocal.certification import (
     lower_bound,
 )
 from elastocal.design.exact import Effort, exact_design
+from elastocal.errors import InfeasibleError
 from elastocal.identifiability import check_count, check_identifiable
 from elastocal.load_case import LoadCases
 from elastocal.simplification import simplify
@@ -98,10 +99,13 @@ def plan(
     bound = confirmed(study, bound, design.x, rng)
     cases, free = simplify(study, space.load_cases(design.x))
     tell("exact plan", 1.0)
+    worth = assess(study, cases, design.counts)
+    if worth.violations:
+        raise InfeasibleError(f"no feasible plan was found: in the best, {worth.violations[0]}")
     return Plan(
         load_cases=cases,
         repeats=frozen(design.counts, np.int64),
-        assessment=assess(study, cases, design.counts),
+        assessment=worth,
         certificate=certificate(study, bound, cases, design.counts),
         criterion=study.criterion,
         seed=seed,

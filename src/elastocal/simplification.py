@@ -10,6 +10,7 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.assessment import load_case_information, margins
+from elastocal.constraints import JointLimit
 from elastocal.load_case import LoadCases
 from elastocal.study import Study
 
@@ -47,8 +48,9 @@ def _same(study: Study, q: Array, other: Array, wrench: Array, joint: int) -> bo
     before, after = LoadCases(q, wrench), LoadCases(other, wrench)
     informations = load_case_information(study, before)
     change = np.abs(load_case_information(study, after) - informations).max()
-    _, room_before = margins(study, before)
+    constraints, room_before = margins(study, before)
     _, room_after = margins(study, after)
     moved = np.abs(room_after - room_before)
-    moved[2 * joint : 2 * joint + 2] = 0.0
+    own = [isinstance(c, JointLimit) and c.joint == joint for c in constraints]
+    moved[own] = 0.0
     return bool(change <= 1e-9 * np.abs(informations).max() and moved.max() <= 1e-9)

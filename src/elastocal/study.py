@@ -77,8 +77,10 @@ class Experiments:
     moment: Load = field(default_factory=lambda: FixedVector(np.zeros(3)))
 
     def __post_init__(self) -> None:
-        if self.count < 1:
-            raise InputError(f"the number of experiments must be at least 1, found {self.count}")
+        if not 1 <= self.count <= 1_000_000:
+            raise InputError(
+                f"the number of experiments must be from 1 to 1000000, found {self.count}"
+            )
         if self.max_configurations is not None and self.max_configurations < 1:
             raise InputError(
                 f"max_configurations must be at least 1, found {self.max_configurations}"
@@ -146,7 +148,7 @@ class Study:
 
     @property
     def joint_limits(self) -> tuple[Constraint, ...]:
-        """The joint limits as constraints, two per joint."""
+        """The joint limits as constraints, two per joint that has any."""
         constraints = []
         for i, joint in enumerate(self.robot.joints):
             unit, scale, shown = ("m", 1e3, "mm") if joint.prismatic else ("rad", 180 / np.pi, "°")
@@ -154,6 +156,8 @@ class Study:
                 (self.limits[0, i], False, ">="),
                 (self.limits[1, i], True, "<="),
             ):
+                if not np.isfinite(joint.upper if upper else joint.lower) and (abs(bound) == np.pi):
+                    continue  # a joint that turns without end
                 name = f"{joint.name} {sign} {scale * bound:.6g}{shown}"
                 constraints.append(JointLimit(name, i, bound, upper=upper, unit=unit))
         return tuple(constraints)

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 from rich import box
 from rich.console import Console
+from rich.markup import escape
+from rich.measure import Measurement
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from rich.text import Text
@@ -45,16 +47,23 @@ def progress(title: str) -> Iterator[Tell]:
 def show_plan(plan: Plan) -> None:
     """The plan as a run sheet, its accuracy and its certificate."""
     worth = plan.assessment
-    out.print(_run_sheet(plan.study.robot, plan))
+    _whole(_run_sheet(plan.study.robot, plan))
     out.print(Text(f"Nearest constraint of {_nearest(plan)}"))
     if plan.free_joints:
-        out.print(f"{', '.join(plan.free_joints)}: free, set as the cell requires.")
+        out.print(Text(f"{', '.join(plan.free_joints)}: free, set as the cell requires."))
     out.print(_errors(plan.study, {"standard error": worth.standard_error}))
     out.print(
         f"ρ0 = [bold]{micrometres(worth.rho0)}[/bold]: root mean square position error "
         "after compensation at the test poses"
     )
     out.print(Text(certificate_sentence(plan.certificate, plan.count)))
+
+
+def _whole(table: Table) -> None:
+    """Print a table without cutting numbers off, wider than the terminal if need be."""
+    room = out.options.update(max_width=1000)
+    width = max(out.width, Measurement.get(out, room, table).maximum)
+    out.print(table, width=width, crop=False, no_wrap=True, overflow="ignore", soft_wrap=True)
 
 
 def _run_sheet(robot: Robot, plan: Plan) -> Table:
@@ -121,15 +130,14 @@ def certificate_sentence(certificate: Certificate, count: int) -> str:
         return (
             f"No certificate: {c.criterion} is not concave, so no bound on the best plan is known."
         )
+    share = 100.0 * (1.0 - np.sqrt(min(max(c.efficiency, 0.0), 1.0)))
+    room = f"efficiency {c.efficiency:.4f}, at most {share:.2g} % to gain in the error"
     what = {"test-pose": "ρ0", "worst": "worst ρ0", "G": "worst coordinate"}.get(c.criterion)
-    bound = f"{what} below {micrometres(c.lower_bound)}" if what else "a better value"
-    share = 100.0 * (1.0 - np.sqrt(max(c.efficiency, 0.0)))
-    sentence = (
-        f"No plan of {count} experiments has {bound}"
-        if what
-        else f"The bound on every plan of {count} experiments"
-    )
-    sentence += f": efficiency {c.efficiency:.4f}, at most {share:.2g} % to gain in the error"
+    if what:
+        sentence = f"No plan of {count} experiments has {what} below {micrometres(c.lower_bound)}: "
+        sentence += room
+    else:
+        sentence = f"Against every plan of {count} experiments, by {c.criterion}: {room}"
     sentence += (
         f". Numerical certificate: {c.fresh_starts} fresh random starts did not refute it, "
         f"{c.attained} of them reached the same maximum."
@@ -203,15 +211,16 @@ def _pose(study: Study, pose: Any) -> str:
         return "given as a matrix"
     scale = np.where(study.robot.prismatic, 1e3, 180.0 / np.pi)
     values = " ".join(f"{v + 0.0:.1f}" for v in scale * pose.case.q[0])
-    return (
-        f"q = {values}, force {_vector(pose.case.wrench[0, :3])} N at the TCP of {pose.tool.name!r}"
-    )
+    return f"q = {values}, force {_vector(pose.case.wrench[0, :3])} N at {pose.tool.name!r}"
 
 
 def show_evaluations(
-    study: Study, results: dict[str, tuple[int, int, Evaluation]], random: Array | None
+    study: Study, results: dict[str, tuple[int, int, Evaluation]], random: dict[int, Array]
 ) -> None:
-    """Plans side by side: name → (experiments, configurations, evaluation)."""
+    """Plans side by side: name → (experiments, configurations, evaluation).
+
+    `random` has ρ0 of random plans for each number of experiments.
+    """
     table = Table(
         title=f"Plans under study {study.name!r}", title_justify="left", box=box.SIMPLE_HEAD
     )
@@ -220,7 +229,8 @@ def show_evaluations(
     for name, (count, configurations, result) in results.items():
         proof = result.certificate
         known = proof.kind != "none"
-        bound = micrometres(proof.lower_bound) if known and study.criterion == "test-pose" else "–"
+        length = known and proof.criterion in ("test-pose", "worst", "G")
+        bound = micrometres(proof.lower_bound) if length else "–"
         verdict = Text("holds", "green") if result.accepted else Text("refused", "bold red")
         table.add_row(
             Text(name),
@@ -231,28 +241,28 @@ def show_evaluations(
             f"{proof.efficiency:.4f}" if known else "–",
             verdict,
         )
-    out.print(table)
+    _whole(table)
     errors = {name: result.assessment.standard_error for name, (_, _, result) in results.items()}
     out.print(_errors(study, errors))
     for name, (_, _, result) in results.items():
         for sentence in (*result.objections, *result.unidentified):
             out.print(Text(f"{name}: {sentence}", "red"))
-    if random is not None:
-        low, middle, high = np.quantile(random, (0.05, 0.5, 0.95), method="inverted_cdf")
+    for m, rho0 in random.items():
+        low, middle, high = np.quantile(rho0, (0.05, 0.5, 0.95), method="inverted_cdf")
         out.print(
-            f"{len(random)} random feasible plans of {study.experiments.count} experiments: ρ0 "
-            f"median {micrometres(middle)}, 5 % below {micrometres(low)}, 95 % below "
-            f"{micrometres(high)}"
+            f"{len(rho0)} random feasible plans of {m} experiments: ρ0 median "
+            f"{micrometres(middle)}, 5 % below {micrometres(low)}, 95 % below {micrometres(high)}"
         )
-        for name, (_, _, result) in results.items():
-            better = float((random < result.assessment.rho0).mean())
-            factor = middle / result.assessment.rho0
-            out.print(
-                Text(
-                    f"{name}: {factor:.2f}× better than the random median, "
-                    f"{100 * better:.3g} % of random plans are better"
+        for name, (count, _, result) in results.items():
+            if count == m:
+                better = float((rho0 < result.assessment.rho0).mean())
+                factor = middle / result.assessment.rho0
+                out.print(
+                    Text(
+                        f"{name}: {factor:.2f}× better than the random median, "
+                        f"{100 * better:.3g} % of random plans are better"
+                    )
                 )
-            )
 
 
 def micrometres(length: float) -> str:
@@ -263,4 +273,4 @@ def micrometres(length: float) -> str:
 
 
 def _escape(text: str) -> str:
-    return text.replace("[", r"\[")
+    return escape(text)

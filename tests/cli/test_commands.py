@@ -87,7 +87,7 @@ def test_plan_writes_json_and_run_sheet(folder: Path) -> None:
     # at the test pose and the calibration force are both a thousand times the paper's.
     assert document["rho0_mm"] == pytest.approx(0.1 * np.sqrt(0.495890), rel=1e-5)
     assert 0.99 < document["certificate"]["efficiency"] <= 1.0
-    assert document["certificate"]["fresh_starts"] == 300
+    assert document["certificate"]["fresh_starts"] >= 600
     rows = (folder / "plan.csv").read_text(encoding="utf-8").splitlines()
     assert rows[0].startswith("configuration,J1 [deg],J2 [deg],J3 [deg],Fx [N]")
     assert len(rows) == 1 + len(document["load_cases"])
@@ -261,7 +261,7 @@ def _wait_until_it_works(pid: int) -> None:
 @pytest.mark.skipif(sys.platform != "linux", reason="looks at /proc")
 def test_interrupt_leaves_old_files_alone(tmp_path: Path) -> None:
     study = tmp_path / "study.yaml"
-    study.write_text(STUDY.replace("count: 3", "count: 40"), encoding="utf-8")
+    study.write_text("criterion: E\n" + STUDY.replace("count: 3", "count: 4"), encoding="utf-8")
     out = tmp_path / "plan.json"
     out.write_text("old", encoding="utf-8")
     process = subprocess.Popen(

@@ -81,7 +81,7 @@ def test_the_bound_counts_what_is_known_already() -> None:
 def test_what_the_bound_reports_of_its_search() -> None:
     book = TEXTBOOK["quadratic, D"]
     bound = bound_at(book, perturbed(book))
-    assert bound.starts == 300
+    assert bound.starts == 600
     assert 0 < bound.attained <= bound.starts
     assert len(bound.x_found) == len(bound.s_found)
     assert bound.largest == bound.s_found.max()

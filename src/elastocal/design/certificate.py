@@ -17,7 +17,7 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.design.criterion import InformationFunction
-from elastocal.design.oracle import climb
+from elastocal.design.oracle import climb, restore
 from elastocal.design.space import DesignSpace
 
 
@@ -56,6 +56,8 @@ class DualBound:
         return self.offset + self.largest
 
 
+_ENOUGH = 12  # fresh starts that should reach the highest summit ...
+_MOST = 8  # ... before this many times as many have been tried
 _NEAR = 30  # highest summits whose neighbourhood is searched again ...
 _STIR = 0.03  # ... from points this share of the ranges away
 
@@ -68,7 +70,7 @@ def dual_bound(
     known: Array,
     rng: np.random.Generator,
     *,
-    fresh: int = 300,
+    fresh: int = 600,
 ) -> DualBound:
     """Bound from the gradient of `criterion` at `total`.
 
@@ -79,25 +81,36 @@ def dual_bound(
         base: (p, p) information there is anyway, per unit of weight.
         known: (K, d) points worth starting from.
         rng: Source of the fresh starts.
-        fresh: Number of fresh random starts.
+        fresh: Number of fresh random starts; more are made if few of them reach the maximum.
     """
     gradient = criterion.gradient(total[None])[0]
-    begin = np.concatenate([known, space.sample(fresh, rng)])
-    found, s, origin = climb(space, begin, gradient, _patient(len(begin)))
+    found, s, fresh_found = np.zeros((0, known.shape[1])), np.zeros(0), np.zeros(0, dtype=bool)
+    starts, batch = 0, fresh
+    while True:
+        begin = np.concatenate([known, space.sample(batch, rng)])
+        more, s_more, origin = climb(space, begin, gradient, _patient(len(begin)))
+        found, s = np.concatenate([found, more]), np.concatenate([s, s_more])
+        fresh_found = np.append(fresh_found, origin >= len(known))
+        known = known[:0]
+        starts += batch
+        attained = int((s[fresh_found] > s.max() * (1.0 - 1e-4)).sum())
+        # A summit that few starts reach may not be the highest: look on.
+        if attained >= _ENOUGH or starts >= _MOST * fresh:
+            break
+        batch = starts
     # A higher summit may stand beside the highest one found, cut off by a constraint.
     near = found[np.argsort(-s)[:_NEAR]]
     near = near + _STIR * (space.upper - space.lower) * rng.normal(size=near.shape)
-    beside, s_beside, _ = climb(space, near, gradient, ((150, len(near)),))
+    beside, s_beside, _ = climb(space, restore(space, near), gradient, ((150, len(near)),))
     found, s = np.concatenate([found, beside]), np.concatenate([s, s_beside])
-    origin = np.append(origin, np.full(len(beside), -1))
     best = int(np.argmax(s))
     return DualBound(
         gradient=gradient,
         offset=float(np.sum(gradient * base)),
         largest=float(s[best]),
         x_largest=found[best],
-        starts=fresh,
-        attained=int((s[origin >= len(known)] > s[best] * (1.0 - 1e-4)).sum()),
+        starts=starts,
+        attained=int((s[: len(fresh_found)][fresh_found] > s[best] * (1.0 - 1e-4)).sum()),
         x_found=found,
         s_found=s,
     )

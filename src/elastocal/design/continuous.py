@@ -55,7 +55,7 @@ def continuous_design(
     known: Array | None = None,
     candidates: int = 2000,
     starts: int = 30,
-    fresh: int = 300,
+    fresh: int = 600,
     tolerance: float = 5e-6,
     rounds: int = 60,
     progress: Progress | None = None,

@@ -21,6 +21,7 @@ from elastocal.design.lockstep import Stages, Step, minimise
 from elastocal.design.oracle import restore
 from elastocal.design.rounding import apportion
 from elastocal.design.space import DesignSpace, information
+from elastocal.errors import InfeasibleError
 
 
 @dataclass(frozen=True)
@@ -127,7 +128,9 @@ def refine(
         stages=stages,
         tolerance=tolerance,
     )
-    x = restore(space, found.x.reshape(-1, d)).reshape(-1, s, d)
+    x = restore(space, found.x.reshape(-1, d))
+    broken = np.asarray((space.evaluate(x).margins < -1e-8).any(axis=1))
+    x = np.where(broken[:, None], plans.x[found.origin].reshape(-1, d), x).reshape(-1, s, d)
     counts = plans.counts[found.origin]
     return Plans(x, counts, values(space, criterion, base, x, counts))
 
@@ -174,6 +177,9 @@ def exact_design(
         easy = continuous is not None and count > distinct > space.parameters
         effort = Effort(generations=12, patience=4) if easy else Effort()
     base = np.zeros((space.parameters,) * 2) if base is None else base
+    wanted = criterion
+    if isinstance(criterion, InformationFunction):
+        criterion = criterion.smooth  # kinks stop a quasi-Newton method
     breeder = _Breeder(space, criterion, count, distinct, rng, base, continuous)
     elite = breeder.evolve(breeder.first(effort.batch), effort)
     idle = 0
@@ -188,7 +194,14 @@ def exact_design(
             break
     polished = elite.best(6)
     final = refine(space, criterion, base, polished, stages=((300, 6),), tolerance=1e-13)
-    return _tidy(elite.join(final).best(1))
+    last = elite.join(final)
+    if not last.value.max() > 0.0:
+        raise InfeasibleError(
+            f"no feasible plan of {count} experiments at {distinct} points was found; "
+            "the constraints may leave too little room"
+        )
+    last.value = values(space, wanted, base, last.x, last.counts)
+    return _tidy(last.best(1))
 
 
 _TINY = 1e-200  # criterion of a plan that identifies nothing
@@ -326,7 +339,15 @@ class _Breeder:
 
 
 def _tidy(plan: Plans) -> ExactDesign:
-    """Drop unused points; most repeated first."""
-    used = np.flatnonzero(plan.counts[0])
-    used = used[np.argsort(-plan.counts[0][used], kind="stable")]
-    return ExactDesign(plan.x[0][used], plan.counts[0][used], float(plan.value[0]))
+    """Drop unused points, take equal ones together; most repeated first."""
+    x: list[Array] = []
+    counts: list[int] = []
+    for point, count in zip(plan.x[0], plan.counts[0], strict=True):
+        same = [i for i, known in enumerate(x) if np.allclose(known, point, rtol=0, atol=1e-6)]
+        if count and same:
+            counts[same[0]] += int(count)
+        elif count:
+            x.append(point)
+            counts.append(int(count))
+    order = np.argsort(-np.array(counts), kind="stable")
+    return ExactDesign(np.array(x)[order], np.array(counts)[order], float(plan.value[0]))

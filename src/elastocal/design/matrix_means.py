@@ -28,7 +28,11 @@ class MatrixMean(InformationFunction):
         return self._mean(np.maximum(np.linalg.eigvalsh(information), 0.0))
 
     def gradient(self, information: Array) -> Array:
+        return self.both(information)[1]
+
+    def both(self, information: Array) -> tuple[Array, Array]:
         values, vectors = np.linalg.eigh(information)
+        value = self._mean(np.maximum(values, 0.0))
         largest = np.maximum(values[:, -1:], np.finfo(float).tiny)
         values = np.maximum(values, 1e-15 * largest)
         if self.order == -np.inf:
@@ -37,7 +41,7 @@ class MatrixMean(InformationFunction):
         else:
             mean = self._mean(values)[:, None]
             powers = (values / mean) ** (self.order - 1.0) / values.shape[1]
-        return (vectors * powers[:, None, :]) @ vectors.transpose(0, 2, 1)
+        return value, (vectors * powers[:, None, :]) @ vectors.transpose(0, 2, 1)
 
     @property
     def smooth(self) -> InformationFunction:

@@ -9,7 +9,7 @@ import numpy as np
 
 from elastocal.arrays import Array, IntArray
 from elastocal.design.lockstep import Stages, Step, minimise
-from elastocal.design.space import DesignSpace
+from elastocal.design.space import DesignSpace, Evaluation
 
 
 def climb(
@@ -59,29 +59,47 @@ def square_root(gradient: Array) -> Array:
 
 
 def restore(space: DesignSpace, x: Array, *, iterations: int = 30) -> Array:
-    """Nearby feasible points: Newton steps on the worst margin, within the bounds."""
+    """Nearby feasible points: Gauss-Newton steps on all broken margins together, in the bounds.
+
+    A point for which that fails is returned as far as it came.
+    """
     x = np.clip(x, space.lower, space.upper)
     todo = np.arange(len(x))
     for _ in range(iterations):
         evaluation = space.evaluate(x[todo])
-        if not evaluation.margins.shape[1]:
+        margins = evaluation.margins
+        if not margins.shape[1]:
             return x
-        worst = evaluation.margins.argmin(axis=1)
-        depth = evaluation.margins[np.arange(len(todo)), worst]
-        outside = depth < 0.0
+        outside = (margins < 0.0).any(axis=1)
         if not outside.any():
             return x
-        chosen = np.zeros_like(evaluation.margins)
-        chosen[np.arange(len(todo)), worst] = 1.0
-        slope = evaluation.pull(np.zeros_like(evaluation.blocks), chosen)
-        moving = x[todo]
-        inward = np.where((moving <= space.lower) & (slope < 0.0), 0.0, slope)
-        inward = np.where((moving >= space.upper) & (slope > 0.0), 0.0, inward)
-        length = np.maximum((inward**2).sum(axis=1), 1e-12)
-        step = ((_INSIDE - depth) / length)[:, None] * inward
-        x[todo[outside]] = np.clip(moving + step, space.lower, space.upper)[outside]
+        step = _correction(space, x[todo], evaluation)
+        x[todo[outside]] = np.clip(x[todo] + step, space.lower, space.upper)[outside]
         todo = todo[outside]
     return x
 
 
+def _correction(space: DesignSpace, x: Array, evaluation: Evaluation) -> Array:
+    """(N, d) shortest step that mends all broken margins to first order, bounds respected."""
+    margins = evaluation.margins
+    none = np.zeros_like(evaluation.blocks)
+    slopes = []
+    for c in range(margins.shape[1]):
+        chosen = np.zeros_like(margins)
+        chosen[:, c] = margins[:, c] < _NEARLY
+        slopes.append(evaluation.pull(none, chosen))
+    jacobian = np.stack(slopes, axis=1)
+    # Of the variables at a bound, those that the worst margin pushes outward stay there.
+    worst = jacobian[np.arange(len(x)), margins.argmin(axis=1)]
+    pinned = ((x <= space.lower) & (worst < 0.0)) | ((x >= space.upper) & (worst > 0.0))
+    jacobian = np.where(pinned[:, None, :], 0.0, jacobian)
+    wanted = np.where(margins < _NEARLY, np.maximum(_INSIDE - margins, 0.0), 0.0)
+    square = jacobian @ jacobian.transpose(0, 2, 1)
+    size = np.trace(square, axis1=1, axis2=2)[:, None, None]
+    square = square + (1e-9 * size + 1e-12) * np.eye(margins.shape[1])
+    multipliers = np.linalg.solve(square, wanted[:, :, None])
+    return (jacobian.transpose(0, 2, 1) @ multipliers)[:, :, 0]
+
+
 _INSIDE = 1e-10
+_NEARLY = 1e-9  # margins below this are held while others are mended

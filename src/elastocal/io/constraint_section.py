@@ -67,7 +67,7 @@ def constraints_of(entry: ConstraintsFile, tool: Tool) -> tuple[Constraint, ...]
         found.append(Elevation(label, _axis(e.axis, "elevation"), np.radians(e.max_deg)))
     if entry.tilt is not None:
         t = entry.tilt
-        if t.max_deg > 180.0:
+        if not 0.1 <= t.max_deg <= 180.0:
             raise LocatedError(
                 ("tilt", "max_deg"), f"max_deg must be at most 180, found {t.max_deg:g}"
             )

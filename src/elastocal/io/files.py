@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import os
 import tempfile
 from pathlib import Path
+from typing import Any
 
 from elastocal.errors import InputError
 
@@ -34,6 +36,15 @@ def read_text(path: Path, *, largest: int = _LARGEST) -> str:
             f"{path}, line {line}: byte 0x{data[error.start]:02x} is not UTF-8; save the file "
             "with UTF-8 encoding"
         ) from None
+
+
+def finite(value: Any) -> Any:
+    """The same document with null for numbers that JSON does not have."""
+    if isinstance(value, dict):
+        return {key: finite(entry) for key, entry in value.items()}
+    if isinstance(value, list):
+        return [finite(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def write_text(path: Path, text: str) -> None:

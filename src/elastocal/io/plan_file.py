@@ -6,7 +6,6 @@ import csv
 import hashlib
 import io
 import json
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,12 +17,15 @@ from elastocal import __version__
 from elastocal.arrays import Array, IntArray
 from elastocal.certification import Certificate
 from elastocal.errors import InputError, PlanFileError
-from elastocal.io.files import read_text, write_text
+from elastocal.io.files import finite, read_text, write_text
 from elastocal.io.joint_values import configuration
 from elastocal.load_case import LoadCases
 from elastocal.planning import Plan
 from elastocal.robot import Robot
 from elastocal.study import Study
+
+LARGEST = 1e9
+"""Numbers beyond this are mistakes in any unit of these files."""
 
 
 @dataclass(frozen=True)
@@ -61,9 +63,10 @@ def spring_unit(robot: Robot, name: str) -> str:
     return "m/N" if joint.prismatic else "rad/(N·m)"
 
 
-def write_plan(plan: Plan, path: Path) -> None:
+def write_plan(plan: Plan, path: str | Path) -> None:
     """Write plan.json."""
-    write_text(path, json.dumps(plan_document(plan), indent=2, ensure_ascii=False) + "\n")
+    document = finite(plan_document(plan))
+    write_text(Path(path), json.dumps(document, indent=2, ensure_ascii=False) + "\n")
 
 
 def plan_document(plan: Plan) -> dict[str, Any]:
@@ -129,11 +132,13 @@ def _certificate(robot: Robot, certificate: Certificate) -> dict[str, Any]:
     assert certificate.peak is not None
     assert certificate.support is not None
     assert certificate.weights is not None
-    bound: dict[str, Any] = (
-        {"rho0_lower_bound_mm": 1e3 * certificate.lower_bound}
-        if certificate.criterion == "test-pose"
-        else {"loss_lower_bound": certificate.lower_bound}
-    )
+    key = {
+        "test-pose": "rho0_lower_bound_mm",
+        "worst": "worst_lower_bound_mm",
+        "G": "G_lower_bound_mm",
+    }.get(certificate.criterion)
+    # The other criteria are compared by efficiency: their losses 1/√φ have units of their own.
+    bound = {key: 1e3 * certificate.lower_bound} if key else {}
     return {
         "kind": certificate.kind,
         "criterion": certificate.criterion,
@@ -165,7 +170,7 @@ def _cases(robot: Robot, cases: LoadCases) -> Iterator[dict[str, Any]]:
         yield entry
 
 
-def write_run_sheet(plan: Plan, path: Path) -> None:
+def write_run_sheet(plan: Plan, path: str | Path) -> None:
     """Write plan.csv: one row per configuration, in order of execution."""
     robot = plan.study.robot
     out = io.StringIO()
@@ -177,7 +182,7 @@ def write_run_sheet(plan: Plan, path: Path) -> None:
         loads = [f"{value + 0.0:.9g}" for value in plan.load_cases.wrench[i]]
         near = plan.assessment.nearest[i].name
         writer.writerow([i + 1, *joints, *loads, int(plan.repeats[i]), near])
-    write_text(path, out.getvalue())
+    write_text(Path(path), out.getvalue())
 
 
 def _columns(robot: Robot) -> list[str]:
@@ -186,12 +191,13 @@ def _columns(robot: Robot) -> list[str]:
     return ["configuration", *joints, *forces]
 
 
-def read_proposal(path: Path, study: Study) -> Proposal:
+def read_proposal(path: str | Path, study: Study) -> Proposal:
     """A plan file, JSON or CSV by its ending.
 
     Raises:
         PlanFileError: not a plan, or not for this robot; names row, column or key.
     """
+    path = Path(path)
     text = read_text(path)
     if path.suffix.lower() == ".csv":
         return _read_csv(text, path, study.robot)
@@ -205,7 +211,8 @@ def study_text(path: Path) -> str:
         PlanFileError: none is.
     """
     document = _document(read_text(path), path)
-    text = document.get("study", {}).get("text", "") if isinstance(document, dict) else ""
+    study = document.get("study")
+    text = study.get("text", "") if isinstance(study, dict) else ""
     if not isinstance(text, str) or not text:
         raise PlanFileError(f"{path}: no study is embedded in this plan; name it with --study")
     return text
@@ -220,6 +227,8 @@ def _document(text: str, path: Path) -> Any:
         ) from None
     except RecursionError:
         raise PlanFileError(f"{path}: nested too deeply") from None
+    except ValueError as error:
+        raise PlanFileError(f"{path}: not valid JSON: {error}") from None
     if not isinstance(document, dict) or document.get("kind") != "plan":
         raise PlanFileError(f'{path}: not a plan file; expected JSON with "kind": "plan"')
     if document.get("elastocal") != 1:
@@ -247,9 +256,10 @@ def _read_json(text: str, path: Path, robot: Robot) -> Proposal:
         wrench[i, 3:] = _vector(entry.get("torque_Nm", [0, 0, 0]), f"{where}: torque_Nm")
         repeats[i] = _repeats(entry.get("repeats"), where)
     claims: dict[str, Any] = {}
-    for key, name in (("rho0_mm", "rho0"),):
-        if key in document:
-            claims[name] = _finite(document[key], f"{path}: {key}") / 1e3
+    if "rho0_mm" in document:
+        claims["rho0"] = _finite(document["rho0_mm"], f"{path}: rho0_mm") / 1e3
+    if "experiments" in document:
+        claims["experiments"] = _finite(document["experiments"], f"{path}: experiments")
     certificate = document.get("certificate", {})
     if isinstance(certificate, dict):
         if "rho0_lower_bound_mm" in certificate:
@@ -292,8 +302,9 @@ def _joints(entry: dict[str, Any], robot: Robot, where: str) -> Array:
 
 
 def _finite(value: Any, where: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise PlanFileError(f"{where}: expected a finite number, found {value!r}")
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if not number or not abs(value) < LARGEST:
+        raise PlanFileError(f"{where}: expected a finite number, found {str(value)[:40]}")
     return float(value)
 
 
@@ -310,11 +321,11 @@ def _repeats(value: Any, where: str) -> int:
 
 
 def _read_csv(text: str, path: Path, robot: Robot) -> Proposal:
-    rows = [
-        (number, row)
-        for number, row in enumerate(csv.reader(io.StringIO(text)), 1)
-        if any(cell.strip() for cell in row)
-    ]
+    try:
+        lines = list(enumerate(csv.reader(io.StringIO(text, newline=None)), 1))
+    except csv.Error as error:
+        raise PlanFileError(f"{path}: not a table of comma-separated values: {error}") from None
+    rows = [(number, row) for number, row in lines if any(cell.strip() for cell in row)]
     if len(rows) < 2:
         raise PlanFileError(f"{path}: expected a header and at least one configuration")
     header = [cell.strip() for cell in rows[0][1]]
@@ -341,7 +352,7 @@ def _read_csv(text: str, path: Path, robot: Robot) -> Proposal:
     scale = np.where(robot.prismatic, 1e-3, np.pi / 180.0)
     repeats = table[:, -1]
     for i, (number, _) in enumerate(rows[1:]):
-        if repeats[i] != round(repeats[i]) or repeats[i] < 1:
+        if repeats[i] != round(repeats[i]) or not 1 <= repeats[i] <= 1_000_000:
             raise PlanFileError(
                 f"{path}, line {number}: repeats must be a whole number from 1, "
                 f"found {repeats[i]:g}"
@@ -355,6 +366,6 @@ def _cell(cell: str, where: str) -> float:
         value = float(cell)
     except ValueError:
         raise PlanFileError(f"{where}: expected a number, found {cell!r}") from None
-    if not math.isfinite(value):
-        raise PlanFileError(f"{where}: expected a finite number, found {cell!r}")
+    if not abs(value) < LARGEST:
+        raise PlanFileError(f"{where}: expected a finite number, found {cell[:40]!r}")
     return value

@@ -28,8 +28,10 @@ def _number(value: Any) -> float:
         elif isinstance(value, str) and re.fullmatch(r"[-+]?\d+,\d+", value):
             hint = "; write the decimal point as '.'"
         raise ValueError(f"expected a number, found {value!r}{hint}")
-    if not math.isfinite(value):
+    if not math.isfinite(value if isinstance(value, float) else 0.0):
         raise ValueError(f"expected a finite number, found {value}")
+    if not (value == 0 or 1e-30 < abs(value) < 1e30):
+        raise ValueError("expected a number of ordinary size, found one beyond 1e30 or 1e-30")
     return float(value)
 
 

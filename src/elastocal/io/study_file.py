@@ -37,13 +37,13 @@ from elastocal.study import Experiments, Study, TestPose, springs_of, test_pose
 _LARGEST = 1_000_000  # bytes; a study file is a page of text
 
 
-def read_study(path: Path) -> Study:
+def read_study(path: str | Path) -> Study:
     """The study in a file.
 
     Raises:
         StudyError: the file is wrong; the message names line, key, what was found and expected.
     """
-    return parse_study(read_text(path, largest=_LARGEST), path)
+    return parse_study(read_text(Path(path), largest=_LARGEST), Path(path))
 
 
 def parse_study(text: str, path: Path) -> Study:
@@ -71,6 +71,10 @@ class _Reader:
             self._at(("test_poses", i), lambda i=i, p=p: _test_pose(robot, springs, tools, p, i))
             for i, p in enumerate(file.test_poses)
         )
+        names = [pose.name for pose in poses]
+        for i, name in enumerate(names):
+            if name in names[:i]:
+                raise self._error(("test_poses", i), f"two test poses are called {name!r}")
         experiments = self._at(("experiments",), lambda: _experiments(file.experiments, tools))
         limits = self._at(("constraints",), lambda: limits_of(robot, file.constraints))
         self._check_test_poses(robot, poses)
@@ -288,10 +292,11 @@ def _load(
         )
     if isinstance(direction, str):
         return FreeDirection(bound, np.array([0.0, 0.0, -1.0]))
-    if not direction.half_angle_deg <= 180.0:
+    if not 0.1 <= direction.half_angle_deg <= 180.0:
         raise LocatedError(
             (direction_key,),
-            f"half_angle_deg must be at most 180, found {direction.half_angle_deg:g}",
+            f"half_angle_deg must be from 0.1 to 180, found {direction.half_angle_deg:g}; "
+            "a narrower cone is a fixed direction",
         )
     try:
         return FreeDirection(

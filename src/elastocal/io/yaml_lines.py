@@ -79,6 +79,8 @@ def _construct(
     if id(node) in seen:
         raise StudyError(f"{file}, line {line}: YAML aliases are not supported; repeat the value")
     seen.add(id(node))
+    if node.tag not in ("tag:yaml.org,2002:map", "tag:yaml.org,2002:seq"):
+        raise StudyError(f"{file}, line {line}: YAML tags such as {node.tag!r} are not supported")
     if isinstance(node, yaml.SequenceNode):
         return [_construct(n, (*path, i), lines, seen, file) for i, n in enumerate(node.value)]
     result: dict[str, Any] = {}
