@@ -20,7 +20,7 @@ from elastocal.errors import IdentifiabilityError
 from elastocal.planning import plan
 from elastocal.study import Study
 
-LIGHT = Effort(batch=48, generations=6, patience=2)
+LIGHT = Effort(batch=48, generations=6, patience=2, islands=1)
 """A shorter search: a curve needs many plans, each within about a tenth of a percent."""
 
 

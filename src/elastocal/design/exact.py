@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 
@@ -47,12 +48,14 @@ class Effort:
         batch: Plans per generation.
         generations: Most generations.
         patience: Generations without gain after which to stop.
+        islands: Independent evolutions; near-equal optima make one alone miss the best at times.
         stages: (evaluations, share kept) of the refinement inside a generation.
     """
 
     batch: int = 96
-    generations: int = 24
-    patience: int = 7
+    generations: int = 12
+    patience: int = 4
+    islands: int = 2
     stages: tuple[tuple[int, float], ...] = ((30, 0.33), (40, 0.4), (60, 1.0))
 
 
@@ -175,23 +178,19 @@ def exact_design(
     if effort is None:
         # Rounding the continuous design does most of the work where there is room for its support.
         easy = continuous is not None and count > distinct > space.parameters
-        effort = Effort(generations=12, patience=4) if easy else Effort()
+        effort = Effort(islands=1) if easy else Effort()
     base = np.zeros((space.parameters,) * 2) if base is None else base
     wanted = criterion
     if isinstance(criterion, InformationFunction):
         criterion = criterion.smooth  # kinks stop a quasi-Newton method
     breeder = _Breeder(space, criterion, count, distinct, rng, base, continuous)
-    elite = breeder.evolve(breeder.first(effort.batch), effort)
-    idle = 0
-    for generation in range(1, effort.generations):
-        children = breeder.evolve(breeder.children(elite, effort.batch), effort)
-        merged = elite.join(children).best(_ELITE, apart=_APART)
-        gain = merged.value[0] / max(elite.value[0], _TINY) - 1.0
-        elite, idle = merged, idle + 1 if gain < 1e-5 else 0
-        if progress is not None:
-            progress("exact plan", generation / effort.generations)
-        if idle >= effort.patience or breeder.cannot_improve(elite.value[0]):
+    elites = []
+    for island in range(effort.islands):
+        share = island / effort.islands
+        elites.append(_island(breeder, effort, share, progress))
+        if breeder.cannot_improve(elites[-1].value[0]):
             break
+    elite = reduce(Plans.join, elites).best(_ELITE, apart=_APART)
     polished = elite.best(6)
     final = refine(space, criterion, base, polished, stages=((300, 6),), tolerance=1e-13)
     last = elite.join(final)
@@ -202,6 +201,27 @@ def exact_design(
         )
     last.value = values(space, wanted, base, last.x, last.counts)
     return _tidy(last.best(1))
+
+
+def _island(
+    breeder: _Breeder,
+    effort: Effort,
+    done: float,
+    progress: Callable[[str, float], None] | None,
+) -> Plans:
+    """The elite of one evolution from nothing."""
+    elite = breeder.evolve(breeder.first(effort.batch), effort)
+    idle = 0
+    for generation in range(1, effort.generations):
+        children = breeder.evolve(breeder.children(elite, effort.batch), effort)
+        merged = elite.join(children).best(_ELITE, apart=_APART)
+        gain = merged.value[0] / max(elite.value[0], _TINY) - 1.0
+        elite, idle = merged, idle + 1 if gain < 1e-5 else 0
+        if progress is not None:
+            progress("exact plan", done + generation / effort.generations / effort.islands)
+        if idle >= effort.patience or breeder.cannot_improve(elite.value[0]):
+            break
+    return elite
 
 
 _TINY = 1e-200  # criterion of a plan that identifies nothing
