@@ -177,7 +177,7 @@ def exact_design(
     """
     if effort is None:
         # Rounding the continuous design does most of the work where there is room for its support.
-        easy = continuous is not None and count > distinct > space.parameters
+        easy = continuous is not None and distinct > space.parameters
         effort = Effort(islands=1) if easy else Effort()
     base = np.zeros((space.parameters,) * 2) if base is None else base
     wanted = criterion
