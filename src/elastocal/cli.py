@@ -208,7 +208,7 @@ def _refuse(results: dict[str, Any]) -> None:
     from elastocal.errors import IdentifiabilityError
 
     for name, (_, _, result) in results.items():
-        if result.unidentified:
+        if result.unidentified and not result.assessment.violations:
             raise IdentifiabilityError(f"{name}: {result.unidentified[0]}")
         if result.assessment.violations:
             raise InfeasibleError(f"{name}: {result.assessment.violations[0]}")

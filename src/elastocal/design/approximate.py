@@ -115,7 +115,8 @@ def _derivatives(
             total - reach[:, None, None] * informations,
         ]
     )
-    gradients = criterion.gradient(nearby) / criterion.value(nearby)[:, None, None]
+    value = np.maximum(criterion.value(nearby), 1e-200)[:, None, None]
+    gradients = criterion.gradient(nearby) / value
     slopes = -gradients.reshape(2 * count + 1, -1) @ informations.reshape(count, -1).T
     curvature = (slopes[1 : count + 1] - slopes[count + 1 :]) / (2.0 * reach[:, None])
     return slopes[0], (curvature + curvature.T) / 2.0
