@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastocal.arrays import Array, IntArray, frozen
-from elastocal.assessment import assess
+from elastocal.arrays import Array, frozen
+from elastocal.assessment import Assessment
 from elastocal.criteria import criterion_of
 from elastocal.design.continuous import ContinuousDesign, continuous_design
 from elastocal.design.criterion import Criterion, InformationFunction, weakest
@@ -145,14 +145,12 @@ def confirmed(study: Study, bound: Bound, x: Array, rng: np.random.Generator) ->
     return bound
 
 
-def certificate(study: Study, bound: Bound, cases: LoadCases, repeats: IntArray) -> Certificate:
-    """What `bound` says of a plan."""
+def certificate(study: Study, bound: Bound, worth: Assessment, count: int) -> Certificate:
+    """What `bound` says of a plan of `count` experiments that is worth `worth`."""
     if bound.design is None:
         return Certificate(study.criterion, "none")
-    design, m, space = bound.design, int(repeats.sum()), study.space
-    information_matrix = assess(study, cases, repeats).information
-    value = float(bound.criterion.value(information_matrix[None])[0])
-    dual = design.certificate
+    design, dual, space = bound.design, bound.design.certificate, study.space
+    value = float(bound.criterion.value(worth.information[None])[0])
     level = float(np.einsum("i,ijk,jk->", design.weights, design.informations, dual.gradient))
     x, weights = _merged(design)
     support, _ = simplify(study, space.load_cases(x))
@@ -160,8 +158,8 @@ def certificate(study: Study, bound: Bound, cases: LoadCases, repeats: IntArray)
     return Certificate(
         criterion=study.criterion,
         kind="numerical",
-        lower_bound=bound.loss(m),
-        efficiency=value / (m * dual.upper),
+        lower_bound=bound.loss(count),
+        efficiency=value / (count * dual.upper),
         fresh_starts=dual.starts,
         attained=dual.attained,
         support=support,

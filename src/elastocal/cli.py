@@ -137,23 +137,31 @@ def plan(
     as_json: Json = False,
 ) -> None:
     """Plan the experiments; write plan.json and the run sheet plan.csv."""
-    from elastocal.io.plan_file import plan_document, write_plan, write_run_sheet
-    from elastocal.planning import plan as make
-
     _writable(out, study, suffix=".json")
     _writable(out.with_suffix(".csv"), study)
     what = _overridden(_study(study), count, max_configurations, criterion)
-    with _progress("planning") as tell:
-        made = make(what, seed=seed, progress=tell)
-    write_plan(made, out)
-    write_run_sheet(made, out.with_suffix(".csv"))
+    made = _planned(what, out, seed)
     if as_json:
+        from elastocal.io.plan_file import plan_document
+
         _print_json(plan_document(made))
         return
     from elastocal.terminal import show_plan
 
     show_plan(made)
     print(f"wrote {out} and {out.with_suffix('.csv')}")
+
+
+def _planned(study: Study, out: Path, seed: int) -> Plan:
+    """Plan a study, and write the plan and its run sheet beside it."""
+    from elastocal.io.plan_file import write_plan, write_run_sheet
+    from elastocal.planning import plan as make
+
+    with _progress("planning") as tell:
+        made = make(study, seed=seed, progress=tell)
+    write_plan(made, out)
+    write_run_sheet(made, out.with_suffix(".csv"))
+    return made
 
 
 @app.command()
@@ -173,6 +181,7 @@ def evaluate(
     from elastocal.comparison import random_plans
     from elastocal.evaluation import evaluate as judge
     from elastocal.io.plan_file import read_proposal, study_hash
+    from elastocal.study import with_count
 
     what = _study(study)
     results = {}
@@ -192,8 +201,7 @@ def evaluate(
         results[name] = (m, len(proposal.repeats), result)
     rho0 = {}
     for m in {count for count, _, _ in results.values()} if random else ():
-        experiments = replace(what.experiments, count=m, max_configurations=None)
-        rho0[m] = random_plans(replace(what, experiments=experiments), random, seed=seed)
+        rho0[m] = random_plans(with_count(what, m), random, seed=seed)
     if as_json:
         _print_json({name: _evaluation(*entry) for name, entry in results.items()})
     else:
@@ -208,10 +216,10 @@ def _refuse(results: dict[str, Any]) -> None:
     from elastocal.errors import IdentifiabilityError
 
     for name, (_, _, result) in results.items():
-        if result.unidentified and not result.assessment.violations:
-            raise IdentifiabilityError(f"{name}: {result.unidentified[0]}")
         if result.assessment.violations:
             raise InfeasibleError(f"{name}: {result.assessment.violations[0]}")
+        if result.unidentified:
+            raise IdentifiabilityError(f"{name}: {result.unidentified[0]}")
         if result.objections:
             raise InputError(f"{name}: {result.objections[0]}")
 
@@ -246,10 +254,11 @@ def report(
 ) -> None:
     """Show a plan as a page that works offline."""
     from elastocal.assessment import assess
-    from elastocal.certification import certificate
+    from elastocal.evaluation import evaluate as judge
     from elastocal.io.plan_file import read_proposal, study_text
     from elastocal.io.study_file import parse_study
     from elastocal.planning import Plan
+    from elastocal.study import with_count
 
     _writable(out, plan_file, *(vs or []))
     text = study_text(plan_file) if study is None else None
@@ -258,13 +267,13 @@ def report(
     m = int(proposal.repeats.sum())
     if proposal.criterion:
         what = replace(what, criterion=proposal.criterion)
-    what = replace(what, experiments=replace(what.experiments, count=m))
-    bound = _bound(what, m, seed)
+    what = with_count(what, m, what.experiments.max_configurations)
+    result = judge(what, proposal.load_cases, proposal.repeats, {}, _bound(what, m, seed))
     shown = Plan(
         load_cases=proposal.load_cases,
         repeats=proposal.repeats,
-        assessment=assess(what, proposal.load_cases, proposal.repeats),
-        certificate=certificate(what, bound, proposal.load_cases, proposal.repeats),
+        assessment=result.assessment,
+        certificate=result.certificate,
         criterion=what.criterion,
         seed=proposal.seed or 0,
         study=what,
@@ -299,8 +308,6 @@ def demo(
 ) -> None:
     """Plan the KUKA KR 270 campaign of the paper: study, plan, run sheet, report."""
     from elastocal.io.files import read_text, write_text
-    from elastocal.io.plan_file import write_plan, write_run_sheet
-    from elastocal.planning import plan as make
     from elastocal.terminal import show_plan
 
     try:
@@ -312,11 +319,7 @@ def demo(
     if study_path.exists() and read_text(study_path) != template:
         raise InputError(f"{study_path}: exists and is not the demo's; choose another folder")
     write_text(study_path, template)
-    what = _study(study_path)
-    with _progress("planning") as tell:
-        made = make(what, seed=seed, progress=tell)
-    write_plan(made, folder / "plan.json")
-    write_run_sheet(made, folder / "plan.csv")
+    made = _planned(_study(study_path), folder / "plan.json", seed)
     show_plan(made)
     _write_report(made, folder / "report.html", {}, False, seed)
     print(f"wrote {study_path}, {folder / 'plan.json'}, {folder / 'plan.csv'}")
@@ -347,11 +350,11 @@ def _bound(study: Study, count: int, seed: int) -> Bound:
     import numpy as np
 
     from elastocal.certification import lower_bound
+    from elastocal.study import with_count
 
-    experiments = replace(study.experiments, count=count)
     with _progress("bound") as tell:
         rng = np.random.default_rng([seed, 1])
-        return lower_bound(replace(study, experiments=experiments), rng, progress=tell)
+        return lower_bound(with_count(study, count), rng, progress=tell)
 
 
 def _progress(title: str) -> Any:

@@ -7,7 +7,7 @@ configurations, with the bound as a line. What a user needs to decide how much t
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from elastocal.design.exact import Effort
 from elastocal.design.space import information
 from elastocal.errors import IdentifiabilityError
 from elastocal.planning import plan
-from elastocal.study import Study
+from elastocal.study import Study, with_count
 
 LIGHT = Effort(batch=48, generations=6, patience=2, islands=1)
 """A shorter search: a curve needs many plans, each within about a tenth of a percent."""
@@ -70,9 +70,8 @@ def trade_off(
     for i, m in enumerate(wanted):
         tell(f"{m} experiments", i / steps)
         # Configurations are not limited here: the two curves answer separate questions.
-        variant = _with(study, m, None)
         try:
-            found = plan(variant, seed=seed, effort=LIGHT, bound=bound)
+            found = plan(with_count(study, m), seed=seed, effort=LIGHT, bound=bound)
         except IdentifiabilityError:
             continue
         lowest = found.certificate.lower_bound if study.criterion == "test-pose" else np.nan
@@ -81,7 +80,7 @@ def trade_off(
     for i, s in enumerate(limits):
         tell(f"{s} configurations", (len(wanted) + i) / steps)
         try:
-            found = plan(_with(study, own, s), seed=seed, effort=LIGHT, bound=bound)
+            found = plan(with_count(study, own, s), seed=seed, effort=LIGHT, bound=bound)
         except IdentifiabilityError:
             continue
         few.append((s, found.assessment.rho0))
@@ -114,8 +113,3 @@ def random_plans(study: Study, number: int, *, seed: int = 0) -> Array:
     totals = study.prior + totals * (m / drawn)
     with np.errstate(divide="ignore"):
         return np.asarray(1.0 / np.sqrt(mean_test_pose(study).value(totals)))
-
-
-def _with(study: Study, count: int, configurations: int | None) -> Study:
-    experiments = replace(study.experiments, count=count, max_configurations=configurations)
-    return replace(study, experiments=experiments)

@@ -54,6 +54,10 @@ CRITERIA: dict[str, tuple[Callable[[Study], Criterion], str]] = {
 }
 
 
+POSITION_ERRORS = ("test-pose", "worst", "G")
+"""The criteria whose loss is a position error [m]."""
+
+
 def criterion_of(study: Study) -> Criterion:
     """The criterion the study plans for.
 
@@ -78,7 +82,7 @@ def losses(study: Study, information: Array) -> dict[str, float]:
     def phi(name: str) -> float:
         return float(CRITERIA[name][0](study).value(matrix)[0])
 
-    result = {name: _root_inverse(phi(name)) for name in ("test-pose", "worst", "G")}
+    result = {name: _root_inverse(phi(name)) for name in POSITION_ERRORS}
     result |= {name: _root_inverse(phi(name)) for name in ("A", "D", "E")}
     p = len(information)
     singular = study.sigma * np.sqrt(np.maximum(np.linalg.eigvalsh(information), 0.0))

@@ -6,7 +6,7 @@ certificate from a bound computed anew, and every objection. The planner's word 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from elastocal.assessment import Assessment, assess
 from elastocal.certification import Bound, Certificate, certificate, confirmed
 from elastocal.identifiability import unidentifiable
 from elastocal.load_case import LoadCases
-from elastocal.study import Study
+from elastocal.study import Study, with_count
 
 _AGREE = 1e-4  # claims may differ by this share: a run sheet rounds its angles
 _BOUNDS_AGREE = 1e-3  # two numerical bounds of the same problem
@@ -56,12 +56,11 @@ def evaluate(
         claims: What is claimed: rho0 [m], lower_bound [m], efficiency, standard_error by joint.
         bound: Bound for this study and as many experiments.
     """
-    experiments = replace(study.experiments, count=int(repeats.sum()), max_configurations=None)
-    study = replace(study, experiments=experiments)
+    study = with_count(study, int(repeats.sum()))
     worth = assess(study, cases, repeats)
     x = study.space.points(cases)
     bound = confirmed(study, bound, x, np.random.default_rng(0))
-    proof = certificate(study, bound, cases, repeats)
+    proof = certificate(study, bound, worth, study.experiments.count)
     open_ends = tuple(unidentifiable(study.springs.names, worth.information))
     objections = [*worth.violations, *_false_claims(study, worth, proof, claims)]
     return Evaluation(worth, proof, tuple(objections), open_ends)

@@ -106,7 +106,7 @@ def plan(
         load_cases=cases,
         repeats=frozen(design.counts, np.int64),
         assessment=worth,
-        certificate=certificate(study, bound, cases, design.counts),
+        certificate=certificate(study, bound, worth, m),
         criterion=study.criterion,
         seed=seed,
         study=study,

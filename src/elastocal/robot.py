@@ -36,6 +36,11 @@ class Joint:
     lower: float = -np.inf
     upper: float = np.inf
 
+    @property
+    def shown(self) -> tuple[float, str]:
+        """Factor and unit in which people read a joint value: degrees or millimetres."""
+        return (1e3, "mm") if self.prismatic else (180.0 / np.pi, "°")
+
     def __post_init__(self) -> None:
         transform = frozen(self.T_parent_joint)
         axis = np.array(self.axis, dtype=float)
@@ -119,6 +124,11 @@ class Robot:
     def prismatic(self) -> BoolArray:
         """(n,) which joints slide."""
         return np.array([joint.prismatic for joint in self.joints])
+
+    @property
+    def shown_scale(self) -> Array:
+        """(n,) factors from joint values to degrees or millimetres."""
+        return np.array([joint.shown[0] for joint in self.joints])
 
     @property
     def lower(self) -> Array:

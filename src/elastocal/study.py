@@ -151,7 +151,8 @@ class Study:
         """The joint limits as constraints, two per joint that has any."""
         constraints = []
         for i, joint in enumerate(self.robot.joints):
-            unit, scale, shown = ("m", 1e3, "mm") if joint.prismatic else ("rad", 180 / np.pi, "°")
+            scale, shown = joint.shown
+            unit = "m" if joint.prismatic else "rad"
             for bound, upper, sign in (
                 (self.limits[0, i], False, ">="),
                 (self.limits[1, i], True, "<="),
@@ -161,6 +162,12 @@ class Study:
                 name = f"{joint.name} {sign} {scale * bound:.6g}{shown}"
                 constraints.append(JointLimit(name, i, bound, upper=upper, unit=unit))
         return tuple(constraints)
+
+
+def with_count(study: Study, count: int, configurations: int | None = None) -> Study:
+    """The same study with another number of experiments, and of configurations (None: any)."""
+    experiments = replace(study.experiments, count=count, max_configurations=configurations)
+    return replace(study, experiments=experiments)
 
 
 def springs_of(robot: Robot, names: list[str] | None) -> VirtualJoints:

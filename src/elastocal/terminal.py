@@ -21,6 +21,7 @@ from elastocal.assessment import describe
 from elastocal.certification import Certificate
 from elastocal.certification import Progress as Tell
 from elastocal.checkup import Checkup
+from elastocal.criteria import POSITION_ERRORS
 from elastocal.evaluation import Evaluation
 from elastocal.loads import FixedVector, FreeDirection, Load
 from elastocal.planning import Plan
@@ -77,13 +78,13 @@ def _run_sheet(robot: Robot, plan: Plan) -> Table:
     table = Table(title=Text(title), title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1))
     table.add_column("#", justify="right")
     for joint in robot.joints:
-        table.add_column(f"{joint.name} {'mm' if joint.prismatic else '°'}", justify="right")
+        table.add_column(f"{joint.name} {joint.shown[1]}", justify="right")
     if not common:
         table.add_column("force N", justify="right")
     if not common and wrench[:, 3:].any():
         table.add_column("torque N·m", justify="right")
     table.add_column("repeat", justify="right")
-    scale = np.where(robot.prismatic, 1e3, 180.0 / np.pi)
+    scale = robot.shown_scale
     for i, q in enumerate(plan.load_cases.q):
         cells = [str(i + 1), *(f"{v + 0.0:.2f}" for v in scale * q)]
         if not common:
@@ -153,14 +154,13 @@ def show_check(study: Study, found: Checkup) -> None:
     """What the study means."""
     robot, e = study.robot, study.experiments
     out.print(
-        f"[bold]{_escape(study.name)}[/bold]: robot {_escape(robot.name)}, "
-        f"{len(robot.joints)} joints"
+        f"[bold]{escape(study.name)}[/bold]: robot {escape(robot.name)}, {len(robot.joints)} joints"
     )
     table = Table(title="Joints", title_justify="left", box=box.SIMPLE_HEAD)
     for column in ("joint", "moves", "planned between", "compliance"):
         table.add_column(column)
     for j, joint in enumerate(robot.joints):
-        unit, scale = ("mm", 1e3) if joint.prismatic else ("°", 180.0 / np.pi)
+        scale, unit = joint.shown
         room = f"{scale * study.limits[0, j]:.6g} … {scale * study.limits[1, j]:.6g} {unit}"
         role = "to identify" if joint.name in study.springs.names else "taken as rigid"
         table.add_row(Text(joint.name), "slides" if joint.prismatic else "turns", room, role)
@@ -186,12 +186,12 @@ def show_check(study: Study, found: Checkup) -> None:
     out.print(
         f"The load point reaches {found.reach:.3f} m from the base; "
         f"{100 * found.feasible_share:.3g} % of random configurations are feasible"
-        + (f", most are refused by: {_escape(found.bottleneck)}" if found.bottleneck else "")
+        + (f", most are refused by: {escape(found.bottleneck)}" if found.bottleneck else "")
     )
     for remark in found.remarks:
         out.print(Text(f"Note: {remark}.", style="yellow"))
     if found.problem is None:
-        out.print(f"[green]Identifiable:[/green] {_escape(', '.join(study.springs.names))}")
+        out.print(f"[green]Identifiable:[/green] {escape(', '.join(study.springs.names))}")
 
 
 def _load(load: Load, unit: str) -> str:
@@ -209,7 +209,7 @@ def _load(load: Load, unit: str) -> str:
 def _pose(study: Study, pose: Any) -> str:
     if pose.case is None:
         return "given as a matrix"
-    scale = np.where(study.robot.prismatic, 1e3, 180.0 / np.pi)
+    scale = study.robot.shown_scale
     values = " ".join(f"{v + 0.0:.1f}" for v in scale * pose.case.q[0])
     return f"q = {values}, force {_vector(pose.case.wrench[0, :3])} N at {pose.tool.name!r}"
 
@@ -229,7 +229,7 @@ def show_evaluations(
     for name, (count, configurations, result) in results.items():
         proof = result.certificate
         known = proof.kind != "none"
-        length = known and proof.criterion in ("test-pose", "worst", "G")
+        length = known and proof.criterion in POSITION_ERRORS
         bound = micrometres(proof.lower_bound) if length else "–"
         verdict = Text("holds", "green") if result.accepted else Text("refused", "bold red")
         table.add_row(
@@ -270,7 +270,3 @@ def micrometres(length: float) -> str:
     if not np.isfinite(length):
         return "∞"
     return f"{1e6 * length:.4g} µm" if abs(length) < 1e-3 else f"{1e3 * length:.4g} mm"
-
-
-def _escape(text: str) -> str:
-    return escape(text)

@@ -173,7 +173,7 @@ def exact_design(
         base: (p, p) information there is anyway.
         continuous: Best continuous design, to round and to know when to stop.
         effort: How long to search.
-        progress: Told the best value so far.
+        progress: Told the share that is done.
     """
     if effort is None:
         # Rounding the continuous design does most of the work where there is room for its support.
@@ -316,8 +316,7 @@ class _Breeder:
             each = design.informations[part]
             weights = np.full(size, 1.0 / size)
             if weakest(self.base / self.count + each.mean(axis=0)) > _REGULAR:
-                smooth = self.criterion.smooth
-                weights = interior_point(smooth, each, self.base / self.count, 1e-3)
+                weights = interior_point(self.criterion, each, self.base / self.count, 1e-3)
             counts[b, :size] = apportion(weights, self.count)
             x[b] = design.x[part[np.arange(self.distinct) % size]]
         return Plans(x, counts)

@@ -16,6 +16,7 @@ import numpy as np
 from elastocal import __version__
 from elastocal.arrays import Array, IntArray
 from elastocal.certification import Certificate
+from elastocal.criteria import POSITION_ERRORS
 from elastocal.errors import InputError, PlanFileError
 from elastocal.io.files import finite, read_text, write_text
 from elastocal.io.joint_values import configuration
@@ -116,9 +117,9 @@ def plan_document(plan: Plan) -> dict[str, Any]:
 
 
 def _criteria(values: dict[str, float]) -> dict[str, float]:
-    lengths = ("test-pose", "worst", "G")
     return {
-        f"{k}_mm" if k in lengths else k: 1e3 * v if k in lengths else v for k, v in values.items()
+        f"{k}_mm" if k in POSITION_ERRORS else k: 1e3 * v if k in POSITION_ERRORS else v
+        for k, v in values.items()
     }
 
 
@@ -177,7 +178,7 @@ def write_run_sheet(plan: Plan, path: str | Path) -> None:
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow([*_columns(robot), "repeats", "nearest constraint"])
     for i in range(len(plan.load_cases)):
-        scale = np.where(robot.prismatic, 1e3, 180.0 / np.pi)
+        scale = robot.shown_scale
         joints = [f"{value:.4f}" for value in scale * plan.load_cases.q[i]]
         loads = [f"{value + 0.0:.9g}" for value in plan.load_cases.wrench[i]]
         near = plan.assessment.nearest[i].name

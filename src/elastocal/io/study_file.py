@@ -118,7 +118,7 @@ class _Reader:
                 continue
             for joint, value in zip(robot.joints, pose.case.q[0], strict=True):
                 if not joint.lower - 1e-9 <= value <= joint.upper + 1e-9:
-                    scale, unit = (1e3, "mm") if joint.prismatic else (180.0 / np.pi, "°")
+                    scale, unit = joint.shown
                     raise self._error(
                         ("test_poses", i),
                         f"test pose {pose.name!r} has {joint.name} at {scale * value:.6g}{unit}, "

@@ -59,7 +59,7 @@ def _names(
     joint: Joint, low: float, high: float, left: float, right: float, y: float, narrow: bool
 ) -> list[Markup]:
     """Name and limits: above the range where it is narrow, else beside it."""
-    factor = 1e3 if joint.prismatic else 180.0 / np.pi
+    factor = joint.shown[0]
     unit = " mm" if joint.prismatic else "°"
     ends = [f"{fixed(factor * limit, 0)}{unit}" for limit in (low, high)]
     name = _short(joint.name)

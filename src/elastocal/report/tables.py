@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.assessment import TOLERANCE, Assessment, describe
-from elastocal.criteria import CRITERIA
+from elastocal.criteria import CRITERIA, POSITION_ERRORS
 from elastocal.planning import Plan
 from elastocal.report.units import (
     compliance_unit,
@@ -164,7 +164,7 @@ def test_pose_errors(plan: Plan) -> Table:
 
 def _criterion_unit(plan: Plan, name: str, values: Sequence[float]) -> tuple[float, str]:
     """Factor and unit for the values of a criterion as `criteria.losses` gives them."""
-    if name in ("test-pose", "worst", "G"):
+    if name in POSITION_ERRORS:
         return length_unit(values)
     sliding = plan.study.springs.prismatic
     if name in ("A", "D", "E"):
