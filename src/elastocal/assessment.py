@@ -11,10 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
-from elastocal.constraints import Constraint
+from elastocal.constraints import Constraint, describe, margins_at
 from elastocal.criteria import losses
 from elastocal.design.criterion import scaled_inverse, weakest
-from elastocal.elastostatics import Regressor
+from elastocal.design.space import information
+from elastocal.elastostatics import regressor
 from elastocal.load_case import LoadCases
 from elastocal.loads import FixedVector, FreeDirection, Load
 from elastocal.posture import Posture
@@ -98,17 +99,15 @@ def assess(study: Study, cases: LoadCases, repeats: IntArray) -> Assessment:
 
 def load_case_information(study: Study, cases: LoadCases) -> Array:
     """(N, p, p) information of each load case measured once [(N·m/rad)²]."""
-    tool = study.experiments.tool
-    rows = Regressor(Posture(study.robot, cases.q), study.springs, tool, cases.wrench).rows
-    rows = rows.transpose(2, 0, 1) / study.sigma
-    return np.asarray(rows.transpose(0, 2, 1) @ rows)
+    rows = regressor(study.robot, study.springs, study.experiments.tool, cases)
+    return information(rows / study.sigma)
 
 
 def margins(study: Study, cases: LoadCases) -> tuple[list[Constraint], Array]:
     """All constraints on configurations, and their margins (C, N)."""
     posture = Posture(study.robot, cases.q)
     constraints = [*study.joint_limits, *study.constraints]
-    return constraints, np.array([c.at(posture)[0] for c in constraints])
+    return constraints, margins_at(constraints, posture)
 
 
 def _margins(study: Study, cases: LoadCases) -> tuple[tuple[Nearest, ...], tuple[str, ...]]:
@@ -154,12 +153,3 @@ def _load_violations(what: str, unit: str, load: Load, vectors: Array) -> list[s
                     f"load case {i + 1} has a {what} outside the cone by {describe(-margin, 'rad')}"
                 )
     return found
-
-
-def describe(value: float, unit: str) -> str:
-    """A margin as people read it: degrees and millimetres."""
-    if unit == "rad":
-        return f"{np.degrees(value):.4g}°"
-    if unit == "m":
-        return f"{1e3 * value:.4g} mm"
-    return f"{value:.4g} {unit}"

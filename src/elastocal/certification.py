@@ -25,8 +25,8 @@ from elastocal.study import Study
 Progress = Callable[[str, float], None]
 """(what is going on, share done between 0 and 1) -> None."""
 
-SINGULAR = 1e-5  # scaled eigenvalue below which an optimum counts as singular
-FLOOR = 1e-4  # share of the loss that a floor adds
+_SINGULAR = 1e-5  # scaled eigenvalue below which a floor is put under an optimum
+_FLOOR = 1e-4  # share of the loss that a floor adds
 _ALIKE = 0.03  # relative distance of information matrices that are shown as one
 _OPEN = 0.1  # gap between value and bound that only a singular optimum leaves
 
@@ -119,10 +119,10 @@ def lower_bound(
             progress(f"{what}, gap {gap:.0e}", 0.4 * float(np.clip(closed, 0.0, 1.0)))
 
     design = continuous_design(space, criterion, rng, base=base, known=known, progress=tell)
-    if design.gap < _OPEN and weakest(design.total) > SINGULAR:
+    if design.gap < _OPEN and weakest(design.total) > _SINGULAR:
         return Bound(criterion, criterion, design)
     blocks = information(space.evaluate(space.sample(500, rng)).blocks)
-    target = floored(criterion, base + blocks.mean(axis=0), FLOOR)
+    target = floored(criterion, base + blocks.mean(axis=0), _FLOOR)
     design = continuous_design(
         space, target, rng, certified=criterion, base=base, known=known, progress=tell
     )

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from elastocal.constraints import margins_at
 from elastocal.errors import ElastocalError
 from elastocal.identifiability import check_count, check_identifiable
 from elastocal.posture import Posture
@@ -42,7 +43,7 @@ def check(study: Study, *, seed: int = 0) -> Checkup:
     q = rng.uniform(study.limits[0], study.limits[1], (4000, len(study.robot.joints)))
     posture = Posture(study.robot, q)
     reach = float(np.linalg.norm(posture.point(experiments.tool.load_point), axis=0).max())
-    refused = np.array([c.at(posture)[0] < 0.0 for c in study.constraints]).reshape(-1, len(q))
+    refused = margins_at(study.constraints, posture) < 0.0
     share = float((~refused.any(axis=0)).mean())
     worst = int(refused.sum(axis=1).argmax()) if len(refused) else 0
     bottleneck = study.constraints[worst].name if refused.any() else ""

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.constraints import Constraint
+from elastocal.constraints import Constraint, describe, margins_at
 from elastocal.design.oracle import restore
 from elastocal.elastostatics import Regressor, VirtualJoints
 from elastocal.errors import InfeasibleError
@@ -151,10 +151,10 @@ class LoadCaseSpace:
         best = int(margins.min(axis=1).argmax())
         worst = int(margins[best].argmin())
         constraint = self.constraints[worst]
-        scale, unit = (1e3, " mm") if constraint.unit == "m" else (180.0 / np.pi, "°")
+        depth = describe(-float(margins[best, worst]), constraint.unit)
         raise InfeasibleError(
             f"no feasible configuration found: the nearest one still breaks {constraint.name!r} "
-            f"by {-scale * margins[best, worst]:.4g}{unit}; relax it, or check the units and the "
+            f"by {depth}; relax it, or check the units and the "
             "joint limits"
         )
 
@@ -165,7 +165,7 @@ class LoadCaseSpace:
         chunks = []
         for start in range(0, len(x), _CHUNK):
             posture = Posture(self.robot, x[start : start + _CHUNK, :n])
-            chunks.append(np.array([c.at(posture)[0] for c in self.constraints]).T)
+            chunks.append(margins_at(self.constraints, posture).T)
         return np.concatenate(chunks)
 
     def _wrench(self, x: Array) -> Array:

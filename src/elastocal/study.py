@@ -11,12 +11,11 @@ import numpy as np
 
 from elastocal.arrays import Array, frozen, unset
 from elastocal.constraints import Constraint, JointLimit
-from elastocal.elastostatics import Regressor, VirtualJoints, joint_springs
+from elastocal.elastostatics import VirtualJoints, joint_springs, regressor
 from elastocal.errors import InputError
 from elastocal.load_case import LoadCases
 from elastocal.load_case_space import LoadCaseSpace
 from elastocal.loads import FixedVector, Load
-from elastocal.posture import Posture
 from elastocal.robot import Robot, Tool
 
 
@@ -51,7 +50,7 @@ def test_pose(
 ) -> TestPose:
     """Test pose of a load case: the deflection of the TCP under the process wrench."""
     judged = replace(tool, markers=np.array([tool.tcp]), marker_names=("TCP",))
-    rows = Regressor(Posture(robot, case.q), springs, judged, case.wrench).rows[:, :, 0]
+    rows = regressor(robot, springs, judged, case)[0]
     return TestPose(name, rows, weight, tool, case)
 
 

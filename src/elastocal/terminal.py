@@ -17,10 +17,10 @@ from rich.table import Table
 from rich.text import Text
 
 from elastocal.arrays import Array
-from elastocal.assessment import describe
 from elastocal.certification import Certificate
 from elastocal.certification import Progress as Tell
 from elastocal.checkup import Checkup
+from elastocal.constraints import describe
 from elastocal.criteria import POSITION_ERRORS
 from elastocal.evaluation import Evaluation
 from elastocal.loads import FixedVector, FreeDirection, Load

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import abc
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -40,3 +40,18 @@ class Constraint(abc.ABC):
     def gradient(self, robot: Robot, q: Array) -> Array:
         """(N, n) gradients of the margins of configurations `q`, (N, n)."""
         return self.at(Posture(robot, q))[1](np.ones(len(q))).T
+
+
+def margins_at(constraints: Sequence[Constraint], posture: Posture) -> Array:
+    """(C, N) margins of C constraints at N postures."""
+    margins = [constraint.at(posture)[0] for constraint in constraints]
+    return np.array(margins).reshape(len(constraints), posture.count)
+
+
+def describe(margin: float, unit: str) -> str:
+    """A margin as people read it: degrees and millimetres."""
+    if unit == "rad":
+        return f"{np.degrees(margin):.4g}°"
+    if unit == "m":
+        return f"{1e3 * margin:.4g} mm"
+    return f"{margin:.4g} {unit}"

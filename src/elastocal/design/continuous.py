@@ -91,7 +91,7 @@ def continuous_design(
     gaps: list[float] = []
     for count in range(rounds):
         total = base + np.einsum("i,ijk->jk", weights, informations)
-        if weakest(total) < SINGULAR:
+        if weakest(total) < _SINGULAR:
             break
         gradient = smooth.gradient(total[None])[0]
         level = float(np.einsum("i,ijk,jk->", weights, informations, gradient))
@@ -132,7 +132,7 @@ def continuous_design(
 _ITERATIONS = (30, 50, 80, 150)
 _HOPELESS = 1e3  # gap beyond which the optimum is singular
 _PATIENCE = 15  # rounds without a smaller gap after which to give up
-SINGULAR = 1e-6  # scaled eigenvalue below which an optimum is treated as singular
+_SINGULAR = 1e-6  # scaled eigenvalue below which the search gives up
 
 
 def _distinct(

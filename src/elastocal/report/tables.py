@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastocal.assessment import TOLERANCE, Assessment, describe
+from elastocal.assessment import TOLERANCE, Assessment
+from elastocal.constraints import describe
 from elastocal.criteria import CRITERIA, POSITION_ERRORS
 from elastocal.planning import Plan
 from elastocal.report.units import (
