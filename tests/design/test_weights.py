@@ -183,3 +183,13 @@ def test_interior_point_weights_are_a_design() -> None:
     weights = interior_point(criterion("D", 1), informations(1, 12), np.zeros((P, P)), 1e-6)
     assert weights.sum() == pytest.approx(1.0)
     assert (weights > 0.0).all()
+
+
+@pytest.mark.parametrize("order", [-np.inf, -1.0, 0.0])
+def test_points_that_identify_too_little_get_equal_weights(order: float) -> None:
+    """Three unknowns, two seen, one of them faintly: no exception, no warning, no preference."""
+    rows = np.array([[1.0, 0.0, 0.0], [1.0, 1e-12, 0.0], [2.0, 0.0, 0.0]])
+    informations = rows[:, :, None] * rows[:, None, :]
+    criterion = MatrixMean(order, "any").smooth
+    weights = interior_point(criterion, informations, np.zeros((3, 3)), 1e-3)
+    assert weights == pytest.approx(np.full(3, 1.0 / 3.0))

@@ -72,7 +72,8 @@ def interior_point(
     """Best weights on a few points, (n,), by a primal-dual interior-point method.
 
     Minimises f(w) = −log φ(B + Σ w_i M_i) with Σ w = 1, w ≥ 0; at the optimum
-    −∂f/∂w_i = s_i/φ ≤ −multiplier, with equality on the support.
+    −∂f/∂w_i = s_i/φ ≤ −multiplier, with equality on the support. Where the points identify too
+    little for φ, there is no direction to go in: the weights are returned as they are, equal.
     """
     count = len(informations)
     weights = np.full(count, 1.0 / count)
@@ -89,7 +90,10 @@ def interior_point(
         matrix[:count, :count] = curvature + np.diag(slack / weights + 1e-12)
         matrix[:count, count] = matrix[count, :count] = 1.0
         right = np.append(-residual - slack + target / weights, 1.0 - weights.sum())
-        solution = np.linalg.solve(matrix, right)
+        try:
+            solution = np.linalg.solve(matrix, right)
+        except np.linalg.LinAlgError:
+            break
         if not np.isfinite(solution).all():
             break
         step = solution[:count]
@@ -104,7 +108,7 @@ def interior_point(
 def _derivatives(
     criterion: InformationFunction, informations: Array, base: Array, weights: Array
 ) -> tuple[Array, Array]:
-    """Gradient (n,) and Hessian (n, n) of −log φ in the weights."""
+    """Gradient (n,) and Hessian (n, n) of −log φ in the weights; not finite where φ is 0."""
     count = len(weights)
     total = base + np.einsum("i,ijk->jk", weights, informations)
     reach = 1e-5 * np.trace(total) / np.trace(informations, axis1=1, axis2=2)
@@ -115,10 +119,10 @@ def _derivatives(
             total - reach[:, None, None] * informations,
         ]
     )
-    value = np.maximum(criterion.value(nearby), 1e-200)[:, None, None]
-    gradients = criterion.gradient(nearby) / value
-    slopes = -gradients.reshape(2 * count + 1, -1) @ informations.reshape(count, -1).T
-    curvature = (slopes[1 : count + 1] - slopes[count + 1 :]) / (2.0 * reach[:, None])
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        gradients = criterion.gradient(nearby) / criterion.value(nearby)[:, None, None]
+        slopes = -gradients.reshape(2 * count + 1, -1) @ informations.reshape(count, -1).T
+        curvature = (slopes[1 : count + 1] - slopes[count + 1 :]) / (2.0 * reach[:, None])
     return slopes[0], (curvature + curvature.T) / 2.0
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from elastocal.arrays import Array, IntArray
 from elastocal.design.approximate import interior_point
 from elastocal.design.continuous import ContinuousDesign
-from elastocal.design.criterion import Criterion, InformationFunction, weakest
+from elastocal.design.criterion import Criterion, InformationFunction
 from elastocal.design.lockstep import Stages, Step, minimise
 from elastocal.design.oracle import restore
 from elastocal.design.rounding import apportion
@@ -226,7 +226,6 @@ def _island(
 
 _TINY = 1e-200  # criterion of a plan that identifies nothing
 _ELITE = 24
-_REGULAR = 1e-9  # scaled eigenvalue above which a part of the support identifies all unknowns
 _APART = 3e-5  # plans with values closer than this (relative) are taken for the same plan
 _TRIES = 2  # random points of which the best replaces one of an elite plan
 
@@ -313,10 +312,9 @@ class _Breeder:
             part = self.rng.choice(
                 len(design.x), size, replace=False, p=(w := design.weights + 1e-9) / w.sum()
             )
-            each = design.informations[part]
-            weights = np.full(size, 1.0 / size)
-            if weakest(self.base / self.count + each.mean(axis=0)) > _REGULAR:
-                weights = interior_point(self.criterion, each, self.base / self.count, 1e-3)
+            weights = interior_point(
+                self.criterion, design.informations[part], self.base / self.count, 1e-3
+            )
             counts[b, :size] = apportion(weights, self.count)
             x[b] = design.x[part[np.arange(self.distinct) % size]]
         return Plans(x, counts)
