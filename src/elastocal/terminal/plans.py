@@ -1,54 +1,27 @@
-"""What the command line shows: tables and progress bars, by rich."""
+"""Plans and their evaluations as tables."""
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import Any
-
 import numpy as np
 from rich import box
-from rich.console import Console
-from rich.markup import escape
-from rich.measure import Measurement
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from rich.text import Text
 
 from elastocal.arrays import Array
 from elastocal.certification import Certificate
-from elastocal.certification import Progress as Tell
-from elastocal.checkup import Checkup
 from elastocal.constraints import describe
 from elastocal.criteria import POSITION_ERRORS
 from elastocal.evaluation import Evaluation
-from elastocal.loads import FixedVector, FreeDirection, Load
 from elastocal.planning import Plan
 from elastocal.robot import Robot
 from elastocal.study import Study
-
-out = Console(highlight=False, soft_wrap=False)
-err = Console(stderr=True, highlight=False)
-
-
-@contextmanager
-def progress(title: str) -> Iterator[Tell]:
-    """A bar on standard error while something longer than a second runs."""
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=err, transient=True, disable=not sys.stderr.isatty()) as bar:
-        task = bar.add_task(title, total=1.0)
-
-        def tell(what: str, share: float) -> None:
-            bar.update(task, description=f"{title}: {what}", completed=share)
-
-        yield tell
+from elastocal.terminal.console import micrometres, numbers, out, whole
 
 
 def show_plan(plan: Plan) -> None:
     """The plan as a run sheet, its accuracy and its certificate."""
     worth = plan.assessment
-    _whole(_run_sheet(plan.study.robot, plan))
+    whole(_run_sheet(plan.study.robot, plan))
     out.print(Text(f"Nearest constraint of {_nearest(plan)}"))
     if plan.free_joints:
         out.print(Text(f"{', '.join(plan.free_joints)}: free, set as the cell requires."))
@@ -60,21 +33,14 @@ def show_plan(plan: Plan) -> None:
     out.print(Text(certificate_sentence(plan.certificate, plan.count)))
 
 
-def _whole(table: Table) -> None:
-    """Print a table without cutting numbers off, wider than the terminal if need be."""
-    room = out.options.update(max_width=1000)
-    width = max(out.width, Measurement.get(out, room, table).maximum)
-    out.print(table, width=width, crop=False, no_wrap=True, overflow="ignore", soft_wrap=True)
-
-
 def _run_sheet(robot: Robot, plan: Plan) -> Table:
     wrench = plan.load_cases.wrench
     title = f"{plan.count} experiments in {len(plan.repeats)} configurations"
     common = len(np.unique(wrench, axis=0)) == 1
     if common:
-        title += f", force [{_vector(wrench[0, :3])}] N"
+        title += f", force [{numbers(wrench[0, :3])}] N"
         if wrench[0, 3:].any():
-            title += f", torque [{_vector(wrench[0, 3:])}] N·m"
+            title += f", torque [{numbers(wrench[0, 3:])}] N·m"
     table = Table(title=Text(title), title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1))
     table.add_column("#", justify="right")
     for joint in robot.joints:
@@ -88,9 +54,9 @@ def _run_sheet(robot: Robot, plan: Plan) -> Table:
     for i, q in enumerate(plan.load_cases.q):
         cells = [str(i + 1), *(f"{v + 0.0:.2f}" for v in scale * q)]
         if not common:
-            cells.append(_vector(wrench[i, :3]))
+            cells.append(numbers(wrench[i, :3]))
         if not common and wrench[:, 3:].any():
-            cells.append(_vector(wrench[i, 3:]))
+            cells.append(numbers(wrench[i, 3:]))
         table.add_row(*cells, f"{plan.repeats[i]}×")
     return table
 
@@ -102,10 +68,6 @@ def _nearest(plan: Plan) -> str:
         room = f" ({describe(near.margin, near.unit)})" if near.margin > 1e-6 else " (reached)"
         groups.setdefault(near.name + room, []).append(str(i + 1))
     return "; ".join(f"{', '.join(numbers)}: {name}" for name, numbers in groups.items())
-
-
-def _vector(vector: Array) -> str:
-    return " ".join(f"{value + 0.0:.5g}" for value in vector)
 
 
 def _errors(study: Study, columns: dict[str, Array]) -> Table:
@@ -150,70 +112,6 @@ def certificate_sentence(certificate: Certificate, count: int) -> str:
     return sentence
 
 
-def show_check(study: Study, found: Checkup) -> None:
-    """What the study means."""
-    robot, e = study.robot, study.experiments
-    out.print(
-        f"[bold]{escape(study.name)}[/bold]: robot {escape(robot.name)}, {len(robot.joints)} joints"
-    )
-    table = Table(title="Joints", title_justify="left", box=box.SIMPLE_HEAD)
-    for column in ("joint", "moves", "planned between", "compliance"):
-        table.add_column(column)
-    for j, joint in enumerate(robot.joints):
-        scale, unit = joint.shown
-        room = f"{scale * study.limits[0, j]:.6g} … {scale * study.limits[1, j]:.6g} {unit}"
-        role = "to identify" if joint.name in study.springs.names else "taken as rigid"
-        table.add_row(Text(joint.name), "slides" if joint.prismatic else "turns", room, role)
-    out.print(table)
-    points = ", ".join(
-        f"{name} {_vector(1e3 * point)} mm"
-        for name, point in zip(e.tool.marker_names, e.tool.markers, strict=True)
-    )
-    out.print(
-        Text(
-            f"Calibration tool {e.tool.name!r}: load at {_vector(1e3 * e.tool.load_point)} "
-            f"mm of the flange, measured: {points}"
-        )
-    )
-    out.print(Text(f"Load: {_load(e.force, 'N')}; torque: {_load(e.moment, 'N·m')}; base frame"))
-    for pose in study.test_poses:
-        out.print(Text(f"Test pose {pose.name!r} (weight {pose.weight:g}): {_pose(study, pose)}"))
-    least = f", at most {e.max_configurations} configurations" if e.max_configurations else ""
-    out.print(
-        f"{e.count} experiments{least}; criterion {study.criterion}; "
-        f"σ = {1e3 * study.sigma:g} mm per coordinate"
-    )
-    out.print(
-        f"The load point reaches {found.reach:.3f} m from the base; "
-        f"{100 * found.feasible_share:.3g} % of random configurations are feasible"
-        + (f", most are refused by: {escape(found.bottleneck)}" if found.bottleneck else "")
-    )
-    for remark in found.remarks:
-        out.print(Text(f"Note: {remark}.", style="yellow"))
-    if found.problem is None:
-        out.print(f"[green]Identifiable:[/green] {escape(', '.join(study.springs.names))}")
-
-
-def _load(load: Load, unit: str) -> str:
-    if isinstance(load, FixedVector):
-        return f"fixed [{_vector(load.value)}] {unit}" if load.size else "none"
-    assert isinstance(load, FreeDirection)
-    where = (
-        f"within {np.degrees(load.half_angle):g}° of [{' '.join(f'{v:g}' for v in load.axis)}]"
-        if load.is_cone
-        else "in any direction"
-    )
-    return f"up to {load.largest:g} {unit} {where}"
-
-
-def _pose(study: Study, pose: Any) -> str:
-    if pose.case is None:
-        return "given as a matrix"
-    scale = study.robot.shown_scale
-    values = " ".join(f"{v + 0.0:.1f}" for v in scale * pose.case.q[0])
-    return f"q = {values}, force {_vector(pose.case.wrench[0, :3])} N at {pose.tool.name!r}"
-
-
 def show_evaluations(
     study: Study, results: dict[str, tuple[int, int, Evaluation]], random: dict[int, Array]
 ) -> None:
@@ -241,7 +139,7 @@ def show_evaluations(
             f"{proof.efficiency:.4f}" if known else "–",
             verdict,
         )
-    _whole(table)
+    whole(table)
     errors = {name: result.assessment.standard_error for name, (_, _, result) in results.items()}
     out.print(_errors(study, errors))
     for name, (_, _, result) in results.items():
@@ -263,10 +161,3 @@ def show_evaluations(
                         f"{100 * better:.3g} % of random plans are better"
                     )
                 )
-
-
-def micrometres(length: float) -> str:
-    """A length in micrometres, or millimetres if it is large."""
-    if not np.isfinite(length):
-        return "∞"
-    return f"{1e6 * length:.4g} µm" if abs(length) < 1e-3 else f"{1e3 * length:.4g} mm"

@@ -1,211 +1,31 @@
-"""What a study file may contain, key by key.
-
-Units are part of the keys. A key without its unit, or with a typing error, is an error that says
-what was probably meant.
-"""
+"""The whole study file, and what is said of one that is wrong."""
 
 from __future__ import annotations
 
 import difflib
-import math
 import re
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import Field, ValidationError
 
 from elastocal.errors import StudyError
+from elastocal.io.schema.constraints import (
+    BoxFile,
+    ConstraintsFile,
+    ElevationFile,
+    TiltFile,
+    WorkspaceFile,
+)
+from elastocal.io.schema.experiments import (
+    ConeFile,
+    ExperimentsFile,
+    InstrumentFile,
+    PriorFile,
+    TestPoseFile,
+)
+from elastocal.io.schema.robot import DHRobotFile, DHRowFile, ToolFile
+from elastocal.io.schema.values import Name, Section
 from elastocal.io.yaml_lines import Located, Path_
-
-
-def _number(value: Any) -> float:
-    """A finite number. YAML 1.1 reads 1e-8 as text, so such text is accepted."""
-    if isinstance(value, str) and re.fullmatch(r"[-+]?\d+(\.\d*)?[eE][-+]?\d+", value):
-        value = float(value)
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        hint = ""
-        if isinstance(value, str) and re.match(r"[-+]?[\d.]+\s*[A-Za-z°]", value):
-            hint = "; the unit belongs in the key, the value is a bare number"
-        elif isinstance(value, str) and re.fullmatch(r"[-+]?\d+,\d+", value):
-            hint = "; write the decimal point as '.'"
-        raise ValueError(f"expected a number, found {value!r}{hint}")
-    if not math.isfinite(value if isinstance(value, float) else 0.0):
-        raise ValueError(f"expected a finite number, found {value}")
-    if not (value == 0 or 1e-30 < abs(value) < 1e30):
-        raise ValueError("expected a number of ordinary size, found one beyond 1e30 or 1e-30")
-    return float(value)
-
-
-def _positive(value: Any) -> float:
-    number = _number(value)
-    if not number > 0.0:
-        raise ValueError(f"expected a positive number, found {number:g}")
-    return number
-
-
-def _count(value: Any) -> int:
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise ValueError(f"expected a whole number, found {value!r}")
-    if not 1 <= value <= 1_000_000:
-        raise ValueError(f"expected a whole number from 1 to 1000000, found {value}")
-    return value
-
-
-def _numbers(count: int, what: str) -> BeforeValidator:
-    def check(value: Any) -> list[float]:
-        if not isinstance(value, list):
-            raise ValueError(f"expected {what}, found {value!r}")
-        if len(value) != count:
-            raise ValueError(f"expected {what}, found {len(value)} values")
-        return [_number(entry) for entry in value]
-
-    return BeforeValidator(check)
-
-
-def _text(value: Any) -> str:
-    if isinstance(value, bool) or not isinstance(value, (str, int)):
-        raise ValueError(f"expected a name, found {value!r}")
-    return str(value)
-
-
-Number = Annotated[float, BeforeValidator(_number)]
-Positive = Annotated[float, BeforeValidator(_positive)]
-Count = Annotated[int, BeforeValidator(_count)]
-Vector = Annotated[list[float], _numbers(3, "three numbers [x, y, z]")]
-Range = Annotated[list[float], _numbers(2, "two numbers [lower, upper]")]
-Name = Annotated[str, BeforeValidator(_text)]
-Axis = Literal["x", "y", "z"] | Vector
-
-
-class Section(BaseModel):
-    """A mapping of the file; unknown keys are errors."""
-
-    model_config = ConfigDict(extra="forbid")
-
-
-class DHRowFile(Section):
-    """One row of a DH table."""
-
-    joint: Name
-    theta_deg: Number = 0.0
-    d_mm: Number = 0.0
-    a_mm: Number = 0.0
-    alpha_deg: Number = 0.0
-    type: Literal["revolute", "prismatic"] = "revolute"
-    sign: Literal[1, -1] = 1
-    limits_deg: Range | None = None
-    limits_mm: Range | None = None
-
-
-class DHRobotFile(Section):
-    """A robot given by its table."""
-
-    name: Name = "robot"
-    convention: Literal["modified", "classic"]
-    dh: list[DHRowFile]
-
-
-class ToolFile(Section):
-    """Points of a tool in the flange frame."""
-
-    tcp_mm: Vector | None = None
-    load_point_mm: Vector | None = None
-    markers_mm: dict[Name, Vector] | None = None
-
-
-class TestPoseFile(Section):
-    """A test pose: a load case with its tool, or the matrix A0."""
-
-    __test__ = False
-
-    name: Name | None = None
-    tool: Name | None = None
-    q_deg: dict[Name, Number] | list[Number] | None = None
-    q_mm: dict[Name, Number] | None = None
-    force_N: Vector | None = None
-    torque_Nm: Vector | None = None
-    regressor_Nm2: list[list[Number]] | None = None
-    weight: Positive = 1.0
-
-
-class ConeFile(Section):
-    """Directions within an angle of an axis."""
-
-    axis: Vector
-    half_angle_deg: Positive
-
-
-Direction = Literal["free"] | ConeFile
-
-
-class ExperimentsFile(Section):
-    """What is done."""
-
-    tool: Name
-    force_N: Vector | None = None
-    max_force_N: Positive | None = None
-    direction: Direction | None = None
-    torque_Nm: Vector | None = None
-    max_torque_Nm: Positive | None = None
-    torque_direction: Direction | None = None
-    count: Count
-    max_configurations: Count | None = None
-
-
-class InstrumentFile(Section):
-    """How well a coordinate is measured."""
-
-    sigma_mm: Positive
-
-
-class BoxFile(Section):
-    """A box in the base frame."""
-
-    min: Vector
-    max: Vector
-
-
-class WorkspaceFile(Section):
-    """Where the points of the tool may be."""
-
-    min_z_mm: Number | None = None
-    max_z_mm: Number | None = None
-    min_radius_mm: Positive | None = None
-    box_mm: BoxFile | None = None
-
-
-class ElevationFile(Section):
-    """Angle of a flange axis over the horizontal."""
-
-    axis: Axis
-    max_deg: Positive
-
-
-class TiltFile(Section):
-    """Angle between a flange axis and a direction of the base frame."""
-
-    axis: Axis
-    towards: Axis
-    max_deg: Positive
-
-
-class ConstraintsFile(Section):
-    """Where the robot may go."""
-
-    joint_limits_deg: dict[Name, Range] | None = None
-    joint_limits_mm: dict[Name, Range] | None = None
-    joint_margin_deg: Number = 0.0
-    joint_margin_mm: Number = 0.0
-    workspace: WorkspaceFile | None = None
-    elevation: ElevationFile | None = None
-    tilt: TiltFile | None = None
-
-
-class PriorFile(Section):
-    """What is known before: one of three ways to say it."""
-
-    plan: Name | None = None
-    standard_error_rad_per_Nm: dict[Name, Positive] | None = None
-    information_N2m2: list[list[Number]] | None = None
 
 
 class StudyFile(Section):

@@ -1,0 +1,160 @@
+"""`plan` and `evaluate`: make a plan, judge plans."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from elastocal.cli.common import (
+    Json,
+    Seed,
+    StudyPath,
+    app,
+    guarded,
+    overridden,
+    print_json,
+    progress,
+    study_at,
+    writable,
+)
+from elastocal.errors import InfeasibleError, InputError
+
+if TYPE_CHECKING:
+    from elastocal.certification import Bound
+    from elastocal.planning import Plan
+    from elastocal.study import Study
+
+
+@app.command()
+@guarded
+def plan(
+    study: StudyPath,
+    out: Annotated[
+        Path, typer.Option("--out", "-o", help="Plan to write; the run sheet goes beside it.")
+    ] = Path("plan.json"),
+    count: Annotated[int | None, typer.Option(help="Experiments, instead of the study's.")] = None,
+    max_configurations: Annotated[
+        int | None, typer.Option(help="Most distinct configurations, instead of the study's.")
+    ] = None,
+    criterion: Annotated[
+        str | None, typer.Option(help="Criterion, instead of the study's.")
+    ] = None,
+    seed: Seed = 0,
+    as_json: Json = False,
+) -> None:
+    """Plan the experiments; write plan.json and the run sheet plan.csv."""
+    writable(out, study, suffix=".json")
+    writable(out.with_suffix(".csv"), study)
+    what = overridden(study_at(study), count, max_configurations, criterion)
+    made = planned(what, out, seed)
+    if as_json:
+        from elastocal.io.plan_file import plan_document
+
+        print_json(plan_document(made))
+        return
+    from elastocal.terminal.plans import show_plan
+
+    show_plan(made)
+    print(f"wrote {out} and {out.with_suffix('.csv')}")
+
+
+def planned(study: Study, out: Path, seed: int) -> Plan:
+    """Plan a study, and write the plan and its run sheet beside it."""
+    from elastocal.io.plan_file import write_plan, write_run_sheet
+    from elastocal.planning import plan as make
+
+    with progress("planning") as tell:
+        made = make(study, seed=seed, progress=tell)
+    write_plan(made, out)
+    write_run_sheet(made, out.with_suffix(".csv"))
+    return made
+
+
+@app.command()
+@guarded
+def evaluate(
+    study: StudyPath,
+    plans: Annotated[
+        list[Path], typer.Argument(help="Plans (JSON or CSV), side by side.", show_default=False)
+    ],
+    random: Annotated[
+        int, typer.Option(help="Random feasible plans to compare with; 0 for none.", min=0)
+    ] = 1000,
+    seed: Seed = 1,
+    as_json: Json = False,
+) -> None:
+    """Judge plans from the study alone; refuse what breaks a constraint or claims too much."""
+    from elastocal.comparison import random_plans
+    from elastocal.evaluation import evaluate as judge
+    from elastocal.io.plan_file import read_proposal, study_hash
+    from elastocal.study import with_count
+
+    what = study_at(study)
+    results = {}
+    bounds: dict[tuple[str, int], Bound] = {}
+    for path in plans:
+        proposal = read_proposal(path, what)
+        name = path.name if path.name not in results else str(path)
+        if proposal.study_hash and proposal.study_hash != study_hash(what):
+            print(f"note: {name} was made from another version of the study", file=sys.stderr)
+        m = int(proposal.repeats.sum())
+        # A plan is judged by the criterion it was made for.
+        wanted = replace(what, criterion=proposal.criterion or what.criterion)
+        key = (wanted.criterion, m if what.prior.any() else 0)
+        if key not in bounds:
+            bounds[key] = bound(wanted, m, seed)
+        result = judge(wanted, proposal.load_cases, proposal.repeats, proposal.claims, bounds[key])
+        results[name] = (m, len(proposal.repeats), result)
+    rho0 = {}
+    for m in {count for count, _, _ in results.values()} if random else ():
+        rho0[m] = random_plans(with_count(what, m), random, seed=seed)
+    if as_json:
+        print_json({name: _evaluation(*entry) for name, entry in results.items()})
+    else:
+        from elastocal.terminal.plans import show_evaluations
+
+        show_evaluations(what, results, rho0)
+    _refuse(results)
+
+
+def bound(study: Study, count: int, seed: int) -> Bound:
+    """A bound computed anew, from another stream of random numbers than the planner's."""
+    import numpy as np
+
+    from elastocal.certification import lower_bound
+    from elastocal.study import with_count
+
+    with progress("bound") as tell:
+        rng = np.random.default_rng([seed, 1])
+        return lower_bound(with_count(study, count), rng, progress=tell)
+
+
+def _refuse(results: dict[str, Any]) -> None:
+    """Leave with the exit code of the first plan that does not hold."""
+    from elastocal.errors import IdentifiabilityError
+
+    for name, (_, _, result) in results.items():
+        if result.assessment.violations:
+            raise InfeasibleError(f"{name}: {result.assessment.violations[0]}")
+        if result.unidentified:
+            raise IdentifiabilityError(f"{name}: {result.unidentified[0]}")
+        if result.objections:
+            raise InputError(f"{name}: {result.objections[0]}")
+
+
+def _evaluation(count: int, configurations: int, result: Any) -> dict[str, Any]:
+    worth, proof = result.assessment, result.certificate
+    return {
+        "experiments": count,
+        "configurations": configurations,
+        "rho0_mm": 1e3 * worth.rho0,
+        "lower_bound_mm": 1e3 * proof.lower_bound if proof.criterion == "test-pose" else None,
+        "efficiency": proof.efficiency,
+        "standard_error": [float(v) for v in worth.standard_error],
+        "accepted": result.accepted,
+        "objections": list(result.objections) + list(result.unidentified),
+    }

@@ -1,0 +1,52 @@
+"""`init` and `check`: a study to start from, and what it means."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from elastocal.cli.common import Json, StudyPath, app, guarded, print_json, template_path
+from elastocal.errors import InputError
+
+
+@app.command()
+@guarded
+def init(
+    path: Annotated[Path, typer.Argument(help="File to write.")] = Path("study.yaml"),
+) -> None:
+    """Write a commented study file to start from."""
+    from elastocal.io.files import read_text, write_text
+
+    if path.exists():
+        raise InputError(f"{path}: exists already; choose another name")
+    write_text(path, read_text(template_path()))
+    print(f"wrote {path}: edit it, then run 'elastocal check {path}'")
+
+
+@app.command()
+@guarded
+def check(study: StudyPath, as_json: Json = False) -> None:
+    """Say what a study means: robot, reach, units, loads, what is identifiable."""
+    from elastocal.checkup import check as look
+    from elastocal.io.study_file import read_study
+
+    what = read_study(study)
+    found = look(what)
+    if as_json:
+        print_json(
+            {
+                "reach_mm": 1e3 * found.reach,
+                "feasible_share": found.feasible_share,
+                "bottleneck": found.bottleneck,
+                "remarks": list(found.remarks),
+                "problem": None if found.problem is None else str(found.problem),
+            }
+        )
+    else:
+        from elastocal.terminal.studies import show_check
+
+        show_check(what, found)
+    if found.problem is not None:
+        raise found.problem

@@ -1,0 +1,50 @@
+"""Consoles, progress bars, and how numbers are written."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+from rich.console import Console
+from rich.measure import Measurement
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from elastocal.arrays import Array
+from elastocal.certification import Progress as Tell
+
+out = Console(highlight=False, soft_wrap=False)
+err = Console(stderr=True, highlight=False)
+
+
+@contextmanager
+def progress(title: str) -> Iterator[Tell]:
+    """A bar on standard error while something longer than a second runs."""
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=err, transient=True, disable=not sys.stderr.isatty()) as bar:
+        task = bar.add_task(title, total=1.0)
+
+        def tell(what: str, share: float) -> None:
+            bar.update(task, description=f"{title}: {what}", completed=share)
+
+        yield tell
+
+
+def whole(table: Table) -> None:
+    """Print a table without cutting numbers off, wider than the terminal if need be."""
+    room = out.options.update(max_width=1000)
+    width = max(out.width, Measurement.get(out, room, table).maximum)
+    out.print(table, width=width, crop=False, no_wrap=True, overflow="ignore", soft_wrap=True)
+
+
+def numbers(vector: Array) -> str:
+    return " ".join(f"{value + 0.0:.5g}" for value in vector)
+
+
+def micrometres(length: float) -> str:
+    """A length in micrometres, or millimetres if it is large."""
+    if not np.isfinite(length):
+        return "∞"
+    return f"{1e6 * length:.4g} µm" if abs(length) < 1e-3 else f"{1e3 * length:.4g} mm"

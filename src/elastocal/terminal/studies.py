@@ -1,0 +1,80 @@
+"""What a study means."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from rich import box
+from rich.markup import escape
+from rich.table import Table
+from rich.text import Text
+
+from elastocal.checkup import Checkup
+from elastocal.loads import FixedVector, FreeDirection, Load
+from elastocal.study import Study
+from elastocal.terminal.console import numbers, out
+
+
+def show_check(study: Study, found: Checkup) -> None:
+    """What the study means."""
+    robot, e = study.robot, study.experiments
+    out.print(
+        f"[bold]{escape(study.name)}[/bold]: robot {escape(robot.name)}, {len(robot.joints)} joints"
+    )
+    table = Table(title="Joints", title_justify="left", box=box.SIMPLE_HEAD)
+    for column in ("joint", "moves", "planned between", "compliance"):
+        table.add_column(column)
+    for j, joint in enumerate(robot.joints):
+        scale, unit = joint.shown
+        room = f"{scale * study.limits[0, j]:.6g} … {scale * study.limits[1, j]:.6g} {unit}"
+        role = "to identify" if joint.name in study.springs.names else "taken as rigid"
+        table.add_row(Text(joint.name), "slides" if joint.prismatic else "turns", room, role)
+    out.print(table)
+    points = ", ".join(
+        f"{name} {numbers(1e3 * point)} mm"
+        for name, point in zip(e.tool.marker_names, e.tool.markers, strict=True)
+    )
+    out.print(
+        Text(
+            f"Calibration tool {e.tool.name!r}: load at {numbers(1e3 * e.tool.load_point)} "
+            f"mm of the flange, measured: {points}"
+        )
+    )
+    out.print(Text(f"Load: {_load(e.force, 'N')}; torque: {_load(e.moment, 'N·m')}; base frame"))
+    for pose in study.test_poses:
+        out.print(Text(f"Test pose {pose.name!r} (weight {pose.weight:g}): {_pose(study, pose)}"))
+    least = f", at most {e.max_configurations} configurations" if e.max_configurations else ""
+    out.print(
+        f"{e.count} experiments{least}; criterion {study.criterion}; "
+        f"σ = {1e3 * study.sigma:g} mm per coordinate"
+    )
+    out.print(
+        f"The load point reaches {found.reach:.3f} m from the base; "
+        f"{100 * found.feasible_share:.3g} % of random configurations are feasible"
+        + (f", most are refused by: {escape(found.bottleneck)}" if found.bottleneck else "")
+    )
+    for remark in found.remarks:
+        out.print(Text(f"Note: {remark}.", style="yellow"))
+    if found.problem is None:
+        out.print(f"[green]Identifiable:[/green] {escape(', '.join(study.springs.names))}")
+
+
+def _load(load: Load, unit: str) -> str:
+    if isinstance(load, FixedVector):
+        return f"fixed [{numbers(load.value)}] {unit}" if load.size else "none"
+    assert isinstance(load, FreeDirection)
+    where = (
+        f"within {np.degrees(load.half_angle):g}° of [{' '.join(f'{v:g}' for v in load.axis)}]"
+        if load.is_cone
+        else "in any direction"
+    )
+    return f"up to {load.largest:g} {unit} {where}"
+
+
+def _pose(study: Study, pose: Any) -> str:
+    if pose.case is None:
+        return "given as a matrix"
+    scale = study.robot.shown_scale
+    values = " ".join(f"{v + 0.0:.1f}" for v in scale * pose.case.q[0])
+    return f"q = {values}, force {numbers(pose.case.wrench[0, :3])} N at {pose.tool.name!r}"
