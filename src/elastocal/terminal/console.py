@@ -40,6 +40,7 @@ def whole(table: Table) -> None:
 
 
 def numbers(vector: Array) -> str:
+    """Numbers of a vector, five digits each."""
     return " ".join(f"{value + 0.0:.5g}" for value in vector)
 
 
