@@ -13,6 +13,7 @@ import numpy as np
 
 from elastocal.arrays import Array, BoolArray, frozen, unset
 from elastocal.errors import InputError
+from elastocal.shapes import BodyMass, Shape
 
 
 @dataclass(frozen=True)
@@ -96,6 +97,10 @@ class Robot:
         joints: The n actuated joints from base to flange.
         T_tip_flange: (4, 4) pose of the flange in the frame of the last body [m].
         tools: Tools known for this robot, by name.
+        masses: Masses of the bodies, for gravity; empty if not known.
+        visuals: Shapes to draw, in the frames of their bodies.
+        collisions: Shapes that must not touch.
+        remarks: Sentences on what was left out or assumed when the robot was read from a file.
         links: Transforms of the chain in normal form, (n + 1, 4, 4); made here.
     """
 
@@ -103,6 +108,10 @@ class Robot:
     joints: tuple[Joint, ...]
     T_tip_flange: Array = field(default_factory=lambda: np.eye(4))
     tools: dict[str, Tool] = field(default_factory=dict)
+    masses: tuple[BodyMass, ...] = ()
+    visuals: tuple[Shape, ...] = ()
+    collisions: tuple[Shape, ...] = ()
+    remarks: tuple[str, ...] = ()
     links: Array = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -112,6 +121,13 @@ class Robot:
         repeated = sorted({name for name in names if names.count(name) > 1})
         if repeated:
             raise InputError(f"robot {self.name!r}: joint name {repeated[0]!r} is used twice")
+        parts: list[BodyMass | Shape] = [*self.masses, *self.visuals, *self.collisions]
+        for part in parts:
+            if not 0 <= part.body <= len(self.joints):
+                raise InputError(
+                    f"robot {self.name!r}: {part.name!r} belongs to body {part.body}, but the "
+                    f"bodies are 0 to {len(self.joints)}"
+                )
         object.__setattr__(self, "T_tip_flange", frozen(self.T_tip_flange))
         object.__setattr__(self, "links", frozen(_normal_form(self.joints, self.T_tip_flange)))
 
@@ -162,6 +178,24 @@ def transform(rotation: Array | None = None, translation: Sequence[float] = (0, 
         matrix[:3, :3] = rotation
     matrix[:3, 3] = translation
     return matrix
+
+
+def T_body_joint(robot: Robot, body: int) -> Array:
+    """(4, 4) frame of a joint, moved with its joint, seen from the frame of the body it moves.
+
+    The bodies of a `Posture` have their z along the joint axis; files give masses and shapes in
+    the joint's own frame. Both have the same origin. Body 0 is the base: the identity.
+
+    Args:
+        robot: Robot with n joints.
+        body: Number of actuated joints that move the body, 0 to n.
+
+    Source: ours; the normal form is G = T_parent_joint @ R with R z = axis, and R commutes as
+    Rot(axis, q) @ R = R @ Rot(z, q), so the answer is Rᵀ for any q.
+    """
+    if body == 0:
+        return np.eye(4)
+    return transform(_rotation_taking_z_to(robot.joints[body - 1].axis).T)
 
 
 def _normal_form(joints: tuple[Joint, ...], T_tip_flange: Array) -> Array:
