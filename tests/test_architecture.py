@@ -61,7 +61,17 @@ def test_the_design_core_knows_no_robot(path: Path) -> None:
         p
         for p in MODULES
         if room_of(p)
-        in {"robot", "robots", "posture", "elastostatics", "load_case", "loads", "constraints"}
+        in {
+            "robot",
+            "robots",
+            "shapes",
+            "coupling",
+            "posture",
+            "elastostatics",
+            "load_case",
+            "loads",
+            "constraints",
+        }
     ],
     ids=name_of,
 )
