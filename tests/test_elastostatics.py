@@ -119,7 +119,7 @@ def test_a_joint_spring_is_a_spring_at_the_place_of_the_joint() -> None:
     rng = np.random.default_rng(5)
     robot, tool = random_chain(rng, [False, True, False, False]), random_tool(rng, 1)
     cases, springs = random_cases(rng, robot, 4), joint_springs(robot)
-    general = replace(springs, joint=None)
+    general = replace(springs, joint=np.array([], dtype=np.int64))
     close(regressor(robot, general, tool, cases), regressor(robot, springs, tool, cases), 1e-14)
 
 

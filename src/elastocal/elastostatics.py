@@ -15,7 +15,7 @@ joint k by dθ moves everything beyond it as a rigid body. Cost O(n + p), no Hes
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -36,7 +36,7 @@ class VirtualJoints:
         axis: (p, 3) axis in the frame of that body.
         origin: (p, 3) point on the axis in the frame of that body [m].
         prismatic: (p,) True for a linear spring [m/N], False for an angular one [rad/(N·m)].
-        joint: (p,) actuated joint whose axis the twist shares, None if some share none.
+        joint: (p,) actuated joint whose axis the twist shares, -1 where it shares none.
     """
 
     names: tuple[str, ...]
@@ -44,7 +44,7 @@ class VirtualJoints:
     axis: Array
     origin: Array
     prismatic: BoolArray
-    joint: IntArray | None = None
+    joint: IntArray = field(default_factory=lambda: frozen([], np.int64))
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "body", frozen(self.body, np.int64))
@@ -53,6 +53,8 @@ class VirtualJoints:
         object.__setattr__(self, "axis", frozen(self.axis))
         object.__setattr__(self, "origin", frozen(self.origin))
         object.__setattr__(self, "prismatic", frozen(self.prismatic, np.bool_))
+        joint = self.joint if np.size(self.joint) else np.full(len(self.names), -1)
+        object.__setattr__(self, "joint", frozen(joint, np.int64))
 
     def __len__(self) -> int:
         return len(self.names)
@@ -262,7 +264,7 @@ class Regressor:
     def _twists(self) -> tuple[Array, Array]:
         """Axes and origins of the virtual joints in the base frame, (3, p, N) each."""
         springs, count = self.springs, self.posture.count
-        if springs.joint is not None:
+        if (springs.joint >= 0).all():
             return self.posture.axes[:, springs.joint], self.posture.origins[:, springs.joint]
         axes = np.empty((3, len(springs), count))
         origins = np.empty((3, len(springs), count))
