@@ -23,7 +23,8 @@ def main() -> None:
     print("experiments   ρ0² published   ρ0² here   no plan below")
     for count, published in PUBLISHED.items():
         experiments = ec.Experiments(tip, force, count)
-        plan = ec.plan(ec.Study(robot, springs, (pose,), experiments, sigma=1.0), seed=0)
+        study = ec.Study(robot, springs, (pose,), experiments, ec.Isotropic(1.0))
+        plan = ec.plan(study, seed=0)
         found, bound = plan.assessment.rho0**2, plan.certificate.lower_bound**2
         print(f"{count:11d} {published:15.5f} {found:10.5f} {bound:15.5f}")
 

@@ -43,7 +43,9 @@ def main() -> None:
     force = ec.FreeDirection(800.0, np.array([0.0, 0.0, -1.0]), np.radians(45.0))
     floor = HalfSpace("height of M1 >= 300 mm", bracket.load_point, [0, 0, 1], 0.3)
     experiments = ec.Experiments(bracket, force, count=10, max_configurations=5)
-    plan = ec.plan(ec.Study(arm, springs, (pose,), experiments, 0.03e-3, (floor,)), seed=0)
+    tracker = ec.Isotropic(0.03e-3)
+    study = ec.Study(arm, springs, (pose,), experiments, tracker, (floor,))
+    plan = ec.plan(study, seed=0)
     for case, (q, wrench) in enumerate(zip(plan.load_cases.q, plan.load_cases.wrench, strict=True)):
         joints = f"{1e3 * q[0]:5.0f} mm" + "".join(f"{a:7.1f}°" for a in np.degrees(q[1:]))
         print(f"{plan.repeats[case]}× {joints}   force", np.round(wrench[:3]), "N")

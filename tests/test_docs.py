@@ -173,7 +173,7 @@ def test_every_key_of_a_plan_is_documented() -> None:
     case = ec.LoadCases(np.ones((1, 3)), np.eye(6)[:1])
     pose = ec.test_pose(robot, springs, tip, case, 1.0, "task")
     experiments = ec.Experiments(tip, ec.FixedVector(np.array([0.0, 1.0, 1.0])), 2)
-    study = ec.Study(robot, springs, (pose,), experiments, sigma=1.0)
+    study = ec.Study(robot, springs, (pose,), experiments, ec.Isotropic(1.0))
     document = plan_document(ec.plan(study))
     keys = {*document, *document["certificate"], *document["load_cases"][0]}
     keys |= {*document["certificate"]["peak"], *document["certificate"]["continuous_design"][0]}

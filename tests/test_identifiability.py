@@ -11,6 +11,7 @@ from elastocal.assessment import assess
 from elastocal.design.exact import Effort
 from elastocal.errors import IdentifiabilityError
 from elastocal.identifiability import unidentifiable
+from elastocal.instrument import Isotropic
 from elastocal.loads import FixedVector, FreeDirection
 from elastocal.planning import plan
 from elastocal.robot import Joint, Robot, Tool, transform
@@ -31,7 +32,7 @@ def kuka(names: list[str], tool: Tool, force: FixedVector | FreeDirection, count
         springs_of(robot, names),
         (TestPose("task", rows),),
         Experiments(tool, force, count),
-        0.03e-3,
+        Isotropic(0.03e-3),
     )
 
 
@@ -77,7 +78,7 @@ def parallel_pair() -> Study:
         springs_of(robot, None),
         (TestPose("task", rows),),
         Experiments(tool, FreeDirection(100.0, up), 5),
-        1e-5,
+        Isotropic(1e-5),
     )
 
 

@@ -16,6 +16,7 @@ from elastocal.assessment import assess
 from elastocal.certification import lower_bound
 from elastocal.design.exact import Effort
 from elastocal.elastostatics import joint_springs
+from elastocal.instrument import Isotropic
 from elastocal.load_case import LoadCases
 from elastocal.loads import FixedVector
 from elastocal.planning import plan
@@ -45,7 +46,9 @@ def random_study(seed: int) -> tuple[Study, LoadCases]:
         for weight in (1.0, 2.0)
     )
     limits = np.tile([[-4.0], [4.0]], 5)
-    study = Study(robot, springs, poses, Experiments(tool, any_direction(), 8), 0.1, limits=limits)
+    study = Study(
+        robot, springs, poses, Experiments(tool, any_direction(), 8), Isotropic(0.1), limits=limits
+    )
     return study, cases(8)
 
 
@@ -185,7 +188,7 @@ def test_rho0_of_several_test_poses_is_their_weighted_mean_square(seed: int) -> 
 @given(seeds, st.floats(0.01, 100.0))
 def test_rho0_is_proportional_to_the_noise(seed: int, factor: float) -> None:
     study, cases = random_study(seed)
-    noisy = replace(study, sigma=factor * study.sigma)
+    noisy = replace(study, instrument=Isotropic(factor * study.sigma))
     assert rho0(noisy, cases) == pytest.approx(factor * rho0(study, cases), rel=ROUNDING)
 
 

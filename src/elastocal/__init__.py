@@ -33,6 +33,8 @@ _PUBLIC = {
     "Tilt": "elastocal.constraints",
     "TestPose": "elastocal.study",
     "test_pose": "elastocal.study",
+    "Isotropic": "elastocal.instrument",
+    "LaserTracker": "elastocal.instrument",
     "Experiments": "elastocal.study",
     "Study": "elastocal.study",
     "read_study": "elastocal.io.study_file",
@@ -49,6 +51,11 @@ _PUBLIC = {
     "evaluate": "elastocal.evaluation",
     "random_plans": "elastocal.comparison",
     "trade_off": "elastocal.comparison",
+    "ElasticArm": "elastocal.elastic_arm",
+    "equilibrium": "elastocal.equilibrium",
+    "loaded_deflection": "elastocal.equilibrium",
+    "Measurements": "elastocal.measurement",
+    "ComplianceModel": "elastocal.compliance_model",
     "html": "elastocal.report",
 }
 

@@ -12,7 +12,8 @@ import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
 from elastocal.elastostatics import VirtualJoints
-from elastocal.robot import BodyMass, Joint, Robot, Tool, axis_frame, transform
+from elastocal.robot import Joint, Robot, T_body_joint, Tool, transform
+from elastocal.shapes import BodyMass
 
 
 @dataclass(frozen=True)
@@ -67,17 +68,17 @@ def _chain(robot: Robot, springs: VirtualJoints) -> tuple[Robot, list[int], list
     joints: list[Joint] = []
     actuated: list[int] = []
     sprung = np.zeros(len(springs), dtype=np.int64)
-    undo = np.eye(4)  # from the frame of the body to the joint inserted last
+    undo: Array = np.eye(4, dtype=float)  # from the frame of the body to the joint inserted last
     for body in range(n + 1):
         # Springs are given in the body's own frame, joints in the frame of the file.
-        own = axis_frame(robot.joints[body - 1].axis) if body else np.eye(4)
+        own = np.linalg.inv(T_body_joint(robot, body))
         for s in extra[springs.body[extra] == body]:
             place = own @ transform(None, springs.origin[s])
             axis = springs.axis[s]
             name = f"spring {springs.names[s]}"
             joints.append(Joint(name, undo @ place, axis, bool(springs.prismatic[s])))
             sprung[s] = len(joints) - 1
-            undo = np.linalg.inv(place)
+            undo = np.asarray(np.linalg.inv(place), dtype=float)
         if body < n:
             joint = robot.joints[body]
             actuated.append(len(joints))
@@ -86,10 +87,8 @@ def _chain(robot: Robot, springs: VirtualJoints) -> tuple[Robot, list[int], list
     in_joint = springs.joint >= 0
     sprung[in_joint] = np.array(actuated)[springs.joint[in_joint]]
     masses = tuple(
-        BodyMass(actuated[m.body - 1] + 1 if m.body else 0, m.mass, m.center)
+        BodyMass(actuated[m.body - 1] + 1 if m.body else 0, m.mass, m.center, m.name)
         for m in robot.masses
     )
-    chain = replace(
-        robot, joints=tuple(joints), T_tip_flange=undo @ robot.T_tip_flange, masses=masses
-    )
+    chain = Robot(robot.name, tuple(joints), undo @ robot.T_tip_flange, masses=masses)
     return chain, actuated, [int(j) for j in sprung]

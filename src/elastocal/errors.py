@@ -3,7 +3,10 @@
     ElastocalError
     ├── InputError          a value or file is wrong                      exit code 2
     │   ├── StudyError      ... in a study file; knows file and line
-    │   └── PlanFileError   ... in a plan file
+    │   ├── PlanFileError   ... in a plan file
+    │   ├── MeasurementFileError   ... in a measurement file; knows file, line and column
+    │   ├── ModelFileError  ... in a model file
+    │   └── EquilibriumError   a load case under which the arm gives way
     ├── InfeasibleError     no load case satisfies the constraints        exit code 3
     └── IdentifiabilityError   some compliances cannot be told apart      exit code 4
 
@@ -29,6 +32,18 @@ class StudyError(InputError):
 
 class PlanFileError(InputError):
     """A plan file is wrong or does not belong to the study."""
+
+
+class MeasurementFileError(InputError):
+    """A measurement file is wrong; the message names file, line and column."""
+
+
+class ModelFileError(InputError):
+    """A model file is wrong or does not belong to the robot."""
+
+
+class EquilibriumError(InputError):
+    """A load case has no stable equilibrium with the given compliances."""
 
 
 class InfeasibleError(ElastocalError):

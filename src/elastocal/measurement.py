@@ -63,14 +63,18 @@ class Measurements:
                 f"{len(self.cases)} load cases"
             )
         if count and not (
-            0 <= case.min() and case.max() < len(self.cases)
-            and 0 <= marker.min() and marker.max() < len(self.tool.markers)
+            case.min() >= 0
+            and case.max() < len(self.cases)
+            and marker.min() >= 0
+            and marker.max() < len(self.tool.markers)
         ):
             raise InputError("a reading refers to an experiment or marker that does not exist")
         if not (np.isfinite(deflection).all() and np.isfinite(covariance).all()):
             raise InputError("deflections and covariances must be finite numbers")
         for name, value in (
-            ("case", case), ("marker", marker), ("deflection", deflection),
+            ("case", case),
+            ("marker", marker),
+            ("deflection", deflection),
             ("covariance", covariance),
         ):
             object.__setattr__(self, name, value)

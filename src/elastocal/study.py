@@ -11,8 +11,10 @@ import numpy as np
 
 from elastocal.arrays import Array, frozen, unset
 from elastocal.constraints import Constraint, JointLimit
+from elastocal.elastic_arm import ElasticArm
 from elastocal.elastostatics import VirtualJoints, joint_springs, regressor
 from elastocal.errors import InputError
+from elastocal.instrument import Instrument
 from elastocal.load_case import LoadCases
 from elastocal.load_case_space import LoadCaseSpace
 from elastocal.loads import FixedVector, Load
@@ -100,11 +102,12 @@ class Study:
         springs: The p compliances to identify.
         test_poses: Where accuracy is judged.
         experiments: What is done.
-        sigma: Standard deviation of one measured coordinate [m].
+        instrument: What measures the deflections.
         constraints: Constraints on configurations besides the joint limits.
         limits: (2, n) lower and upper joint values allowed [rad or m]; the robot's if not given.
         criterion: Name of the criterion to plan for; see `criteria.CRITERIA`.
         prior: (p, p) information there is already [(N·m/rad)²]; none if not given.
+        gravity: (3,) acceleration that the masses of the links feel [m/s²]; zero: left out.
         name: What the user calls it.
         text: The study file as written, empty if there is none.
     """
@@ -113,22 +116,32 @@ class Study:
     springs: VirtualJoints
     test_poses: tuple[TestPose, ...]
     experiments: Experiments
-    sigma: float
+    instrument: Instrument
     constraints: tuple[Constraint, ...] = ()
     limits: Array = field(default_factory=unset)
     criterion: str = "test-pose"
     prior: Array = field(default_factory=unset)
+    gravity: Array = field(default_factory=lambda: np.zeros(3))
     name: str = "study"
     text: str = ""
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.sigma) and self.sigma > 0.0):
-            raise InputError(f"sigma must be a positive length, found {self.sigma}")
         limits = self.limits if self.limits.size else [self.robot.lower, self.robot.upper]
         object.__setattr__(self, "limits", frozen(_finite_limits(self.robot, np.array(limits))))
         p = len(self.springs)
         prior = self.prior if self.prior.size else np.zeros((p, p))
         object.__setattr__(self, "prior", frozen(prior))
+        object.__setattr__(self, "gravity", frozen(np.reshape(self.gravity, 3)))
+
+    @property
+    def sigma(self) -> float:
+        """Standard deviation of one measured coordinate [m], typical if it varies."""
+        return self.instrument.sigma
+
+    @property
+    def arm(self) -> ElasticArm:
+        """The robot with the springs to identify and the calibration tool."""
+        return ElasticArm(self.robot, self.springs, self.experiments.tool, self.gravity)
 
     @property
     def space(self) -> LoadCaseSpace:

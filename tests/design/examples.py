@@ -10,6 +10,7 @@ from elastocal.design.matrix_means import MatrixMean
 from elastocal.design.test_pose import TestPosePrecision
 from elastocal.design.worst import PowerMean, Worst, floored
 from elastocal.elastostatics import joint_springs
+from elastocal.instrument import Isotropic
 from elastocal.load_case import LoadCases
 from elastocal.loads import FixedVector
 from elastocal.robots import three_link
@@ -35,7 +36,7 @@ def study_with_two_test_poses() -> Study:
         for i, (q, force, weight) in enumerate(tasks)
     )
     experiments = Experiments(tip, FixedVector(np.array([0.0, 0.6, -0.8])), 4)
-    return Study(robot, springs, poses, experiments, 1.0)
+    return Study(robot, springs, poses, experiments, Isotropic(1.0))
 
 
 def _members() -> list[InformationFunction]:

@@ -9,6 +9,7 @@ import numpy as np
 from elastocal.arrays import Array
 from elastocal.constraints import Elevation, HalfSpace, MinRadius
 from elastocal.elastostatics import Regressor, joint_springs
+from elastocal.instrument import Isotropic
 from elastocal.load_case import LoadCases
 from elastocal.loads import FixedVector, FreeDirection, Load
 from elastocal.posture import Posture
@@ -39,7 +40,7 @@ def kr270(
         springs_of(robot, ["A2", "A3", "A4", "A5", "A6"]),
         (TestPose("machining", a0),),
         Experiments(tool, force or FixedVector(CALIBRATION_FORCE), count, configurations),
-        SIGMA,
+        Isotropic(SIGMA),
         constraints,
     )
 
@@ -65,7 +66,7 @@ def three_link_study(count: int) -> Study:
         springs,
         (test_pose(robot, springs, tip, case, 1.0, "task"),),
         Experiments(tip, FreeDirection(1.0, np.array([0.0, 0.0, 1.0])), count),
-        1.0,
+        Isotropic(1.0),
     )
 
 

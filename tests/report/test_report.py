@@ -16,6 +16,7 @@ from elastocal.assessment import assess
 from elastocal.certification import Certificate
 from elastocal.comparison import TradeOff
 from elastocal.constraints import Elevation, HalfSpace, MinRadius, Tilt
+from elastocal.instrument import Isotropic
 from elastocal.load_case import LoadCases
 from elastocal.loads import FixedVector
 from elastocal.planning import Plan
@@ -53,7 +54,7 @@ def make_plan(robot: Robot, tool: Tool, q: np.ndarray, force: tuple[float, ...],
         springs,
         (task,),
         Experiments(tool, FixedVector(np.array(force)), 6),
-        3e-5,
+        Isotropic(3e-5),
         **{"name": "cell 7", "text": "elastocal: 1", **changes},
     )
     repeats = np.arange(1, len(q) + 1)

@@ -17,6 +17,7 @@ from elastocal.io.schema.experiments import (
     InstrumentFile,
     PriorFile,
     TestPoseFile,
+    TrackerFile,
 )
 from elastocal.io.schema.robot import DHRobotFile, DHRowFile, ToolFile
 from elastocal.io.schema.study import StudyFile, validate
@@ -37,6 +38,7 @@ __all__ = [
     "TestPoseFile",
     "TiltFile",
     "ToolFile",
+    "TrackerFile",
     "WorkspaceFile",
     "validate",
 ]

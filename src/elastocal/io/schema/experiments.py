@@ -46,10 +46,21 @@ class ExperimentsFile(Section):
     max_configurations: Count | None = None
 
 
+class TrackerFile(Section):
+    """A laser tracker: where it stands, and its noise, one reading, one standard deviation."""
+
+    position_mm: Vector
+    along_um: Positive
+    along_um_per_m: Number = 0.0
+    across_um: Positive
+    across_um_per_m: Number = 0.0
+
+
 class InstrumentFile(Section):
     """How well a coordinate is measured."""
 
-    sigma_mm: Positive
+    sigma_mm: Positive | None = None
+    tracker: TrackerFile | None = None
 
 
 class PriorFile(Section):

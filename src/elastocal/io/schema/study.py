@@ -22,9 +22,10 @@ from elastocal.io.schema.experiments import (
     InstrumentFile,
     PriorFile,
     TestPoseFile,
+    TrackerFile,
 )
 from elastocal.io.schema.robot import DHRobotFile, DHRowFile, ToolFile
-from elastocal.io.schema.values import Name, Section
+from elastocal.io.schema.values import Name, Section, Vector
 from elastocal.io.yaml_lines import Located, Path_
 
 
@@ -42,6 +43,7 @@ class StudyFile(Section):
     constraints: ConstraintsFile = Field(default_factory=ConstraintsFile)
     criterion: Name = "test-pose"
     prior: PriorFile | None = None
+    gravity_m_s2: Vector | None = None
 
 
 def validate(document: Located) -> StudyFile:
@@ -142,6 +144,7 @@ _MODELS: dict[str, type[Section]] = {
     "test_poses": TestPoseFile,
     "experiments": ExperimentsFile,
     "instrument": InstrumentFile,
+    "tracker": TrackerFile,
     "constraints": ConstraintsFile,
     "workspace": WorkspaceFile,
     "elevation": ElevationFile,
