@@ -77,6 +77,40 @@ def joint_springs(robot: Robot, names: Sequence[str] | None = None) -> VirtualJo
     )
 
 
+def merged(first: VirtualJoints, second: VirtualJoints) -> VirtualJoints:
+    """The springs of both, in chain order.
+
+    Raises:
+        InputError: a name is in both.
+    """
+    twice = sorted(set(first.names) & set(second.names))
+    if twice:
+        raise InputError(f"spring {twice[0]!r} is given twice")
+    order = np.argsort(np.append(first.body, second.body), kind="stable")
+    names = (*first.names, *second.names)
+    return VirtualJoints(
+        names=tuple(names[i] for i in order),
+        body=np.append(first.body, second.body)[order],
+        axis=np.concatenate([first.axis, second.axis])[order],
+        origin=np.concatenate([first.origin, second.origin])[order],
+        prismatic=np.append(first.prismatic, second.prismatic)[order],
+        joint=np.append(first.joint, second.joint)[order],
+    )
+
+
+def subset(springs: VirtualJoints, names: Sequence[str]) -> VirtualJoints:
+    """Those of `springs` whose names are in `names`, in chain order."""
+    kept = [i for i, name in enumerate(springs.names) if name in names]
+    return VirtualJoints(
+        names=tuple(springs.names[i] for i in kept),
+        body=springs.body[kept],
+        axis=springs.axis[kept],
+        origin=springs.origin[kept],
+        prismatic=springs.prismatic[kept],
+        joint=springs.joint[kept],
+    )
+
+
 def regressor(
     robot: Robot,
     springs: VirtualJoints,

@@ -58,8 +58,8 @@ class Linearisation(NamedTuple):
     """(N, 3K) marker positions at the displacements, base frame [m]."""
     velocity: Array
     """(N, 3K, p) their derivative in the displacements."""
-    stability: Array
-    """(N,) see `Equilibrium`."""
+    stiffening: Array
+    """(N, p, p) H: what the springs lose, or gain, in stiffness because the load moves along."""
 
 
 def linearise(
@@ -103,7 +103,7 @@ def equilibrium(arm: ElasticArm, compliance: Array, cases: LoadCases) -> Equilib
             break
         state = linearise(arm, compliance, cases.q[open_], cases.wrench[open_], displacement[open_])
         displacement[open_] += state.step
-        stability[open_] = state.stability
+        stability[open_] = _stability(compliance, state.stiffening)
         size = np.abs(displacement[open_]).max(axis=1, initial=0.0)
         with np.errstate(invalid="ignore"):
             done = np.abs(state.step).max(axis=1, initial=0.0) <= _SMALL * size
@@ -192,7 +192,7 @@ def _linearise(
         slope=solved[:, :, 1:],
         markers=np.concatenate(points).T,
         velocity=np.concatenate([velocity(point) for point in points]).transpose(2, 0, 1),
-        stability=_stability(compliance, slope),
+        stiffening=slope.transpose(2, 0, 1),
     )
 
 
@@ -217,11 +217,11 @@ def _diagonal(effort: Array) -> Array:
     return matrix
 
 
-def _stability(compliance: Array, slope: Array) -> Array:
+def _stability(compliance: Array, stiffening: Array) -> Array:
     """(N,) smallest eigenvalue of I - √k H √k, H symmetrised."""
     root = np.sqrt(np.maximum(compliance, 0.0))
-    scaled = root[:, None, None] * (0.5 * (slope + slope.transpose(1, 0, 2))) * root[None, :, None]
-    matrices = np.eye(len(root)) - scaled.transpose(2, 0, 1)
+    symmetric = 0.5 * (stiffening + stiffening.transpose(0, 2, 1))
+    matrices = np.eye(len(root)) - root[:, None] * symmetric * root
     bad = ~np.isfinite(matrices).all(axis=(1, 2))
     matrices[bad] = 0.0
     smallest = np.linalg.eigvalsh(matrices)[:, 0]

@@ -1,0 +1,82 @@
+"""Goodness of fit: does the noise explain the residuals, and do repeats contradict the model?
+
+In: whitened readings with their groups. Out: χ², and the F test of lack of fit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastocal.arrays import Array, IntArray
+
+
+@dataclass(frozen=True)
+class LackOfFit:
+    """What repeats say of the model.
+
+    Attributes:
+        pure_scale: Noise found among repeats over the promised one.
+        pure_dof: Degrees of freedom of that.
+        fit_scale: Scatter of the means of repeats about the model, over the promised noise.
+        fit_dof: Degrees of freedom of that; zero if the model has as many unknowns.
+        p_value: Probability of so large a ratio if the model is right; NaN without freedom.
+    """
+
+    pure_scale: float
+    pure_dof: int
+    fit_scale: float
+    fit_dof: int
+    p_value: float
+
+
+def p_value_chi_square(chi_square: float, dof: int) -> float:
+    """Probability that χ² with `dof` degrees of freedom is larger."""
+    from scipy.special import chdtrc
+
+    return float(chdtrc(dof, chi_square)) if dof > 0 else float("nan")
+
+
+def lack_of_fit(
+    residual: Array, whitener: Array, group: IntArray, parameters: int
+) -> LackOfFit | None:
+    """F test of lack of fit; None without repeats.
+
+    Args:
+        residual: (R, 3) residuals over the noise.
+        whitener: (R, 3, 3) factors by which they were divided.
+        group: (R,) readings of the same marker under the same load case share a number.
+        parameters: Number of unknowns p.
+
+    Source: Draper & Smith, Applied Regression Analysis, ch. 2, for vectors of known covariance.
+    """
+    from scipy.special import fdtrc
+
+    _, index, size = np.unique(group, return_inverse=True, return_counts=True)
+    groups = len(size)
+    pure_dof = 3 * (len(residual) - groups)
+    if pure_dof == 0:
+        return None
+    # The best common value of a group weighs its readings by their own noise.
+    precision = np.einsum("rij,rik->rjk", whitener, whitener)
+    pulled = np.einsum("rij,ri->rj", whitener, residual)
+    total = np.zeros((groups, 3, 3))
+    right = np.zeros((groups, 3))
+    np.add.at(total, index, precision)
+    np.add.at(right, index, pulled)
+    mean = np.linalg.solve(total, right[..., None])[..., 0]
+    within = residual - np.einsum("rij,rj->ri", whitener, mean[index])
+    pure = float(np.sum(within**2))
+    about = max(float(np.sum(residual**2)) - pure, 0.0)
+    fit_dof = 3 * groups - parameters
+    if fit_dof <= 0:
+        return LackOfFit(float(np.sqrt(pure / pure_dof)), pure_dof, 0.0, 0, float("nan"))
+    ratio = (about / fit_dof) / max(pure / pure_dof, 1e-300)
+    return LackOfFit(
+        pure_scale=float(np.sqrt(pure / pure_dof)),
+        pure_dof=pure_dof,
+        fit_scale=float(np.sqrt(about / fit_dof)),
+        fit_dof=fit_dof,
+        p_value=float(fdtrc(fit_dof, pure_dof, ratio)),
+    )

@@ -1,0 +1,175 @@
+"""What is weak in an identification, in sentences.
+
+In: an `Identification`. Out: remarks. A strong result has none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from elastocal.goodness import p_value_chi_square
+
+if TYPE_CHECKING:
+    from elastocal.identification import Identification
+
+_SURE = 1e-3  # probability below which chance is ruled out
+_CLOSE = 0.95  # correlation above which two compliances are hard to tell apart
+_CARRIES = 3.0  # growth of a standard error that makes an experiment indispensable
+_FAR = 4.5  # residual over its own standard deviation that calls for a look
+_FEW = 5  # degrees of freedom below which an estimated σ means little
+_MOST = 5  # names listed before the rest is counted
+
+
+def weaknesses(found: Identification) -> tuple[str, ...]:
+    """Sentences on what should make one doubt the result."""
+    return tuple(
+        [
+            *_signs(found),
+            *_noise(found),
+            *_intervals(found),
+            *_carried(found),
+            *_correlated(found),
+            *_outlying(found),
+            *_nonlinear(found),
+        ]
+    )
+
+
+def _signs(found: Identification) -> Iterator[str]:
+    negative = [n for n, k in zip(found.identified, found.compliance, strict=True) if k < 0.0]
+    if len(negative) == len(found.identified) > 1:
+        yield (
+            "all compliances are negative: loaded and unloaded are probably swapped, or the force "
+            "has the wrong sign"
+        )
+    elif negative:
+        yield (
+            f"{_listed(negative)}: negative, which no spring can be; look at signs and joint "
+            "values, or rule it out with a bound at zero"
+        )
+    if found.held:
+        yield (
+            f"{_listed(list(found.held))}: held at zero by the bound; the covariance of the "
+            "others takes that as exact"
+        )
+
+
+def _noise(found: Identification) -> Iterator[str]:
+    if found.how.sigma == "known" and found.dof > 0 and found.how.loss == "squares":
+        p = p_value_chi_square(found.chi_square, found.dof)
+        if p < _SURE:
+            yield (
+                f"the residuals scatter {found.scale:.2g} times as much as σ promises (χ² = "
+                f"{found.chi_square:.4g} with {found.dof} degrees of freedom): the noise is larger "
+                "or the model lacks something; the intervals are too narrow, estimate σ"
+            )
+        elif p > 1.0 - _SURE:
+            yield (
+                f"the residuals scatter only {found.scale:.2g} times as much as σ promises: σ is "
+                "too pessimistic, or the readings were smoothed or repeated"
+            )
+    if found.how.sigma == "estimated" and found.dof < _FEW:
+        yield f"σ is estimated from {found.dof} degrees of freedom only: the intervals are wide"
+    lack = found.lack_of_fit
+    if lack is not None and lack.p_value < _SURE:
+        yield (
+            f"repeats agree with one another ({lack.pure_scale:.2g} of the promised noise) far "
+            f"better than with the model ({lack.fit_scale:.2g}): this is model error, not noise; "
+            "no number of repeats will cure it"
+        )
+
+
+def _intervals(found: Identification) -> Iterator[str]:
+    low, high = found.interval.T
+    open_ = [
+        name
+        for name, a, b, k in zip(found.identified, low, high, found.compliance, strict=True)
+        if a < 0.0 < b and name not in found.held and k >= 0.0
+    ]
+    if open_:
+        yield (
+            f"{_listed(open_)}: the interval contains zero, so the data do not show that "
+            f"{'this spring bends' if len(open_) == 1 else 'these springs bend'} at all"
+        )
+
+
+def _carried(found: Identification) -> Iterator[str]:
+    ratio = found.configuration_influence.error_ratio
+    if len(ratio) < 2:
+        return
+    for j, name in enumerate(found.identified):
+        g = int(np.argmax(ratio[:, j]))
+        if ratio[g, j] < _CARRIES:
+            continue
+        members = np.flatnonzero(found.configuration == g)
+        names = [found.measurements.names[i] for i in members]
+        what = "experiment" if len(names) == 1 else "the repeated experiments"
+        grows = (
+            "without it nothing is known"
+            if np.isinf(ratio[g, j])
+            else f"without it the standard error is {ratio[g, j]:.2g} times as large"
+        )
+        yield f"{name}: carried by {what} {_listed(names)}; {grows}, and no other one checks it"
+
+
+def _correlated(found: Identification) -> Iterator[str]:
+    correlation = found.correlation
+    for i in range(len(correlation)):
+        for j in range(i):
+            if abs(correlation[i, j]) > _CLOSE:
+                yield (
+                    f"{found.identified[j]} and {found.identified[i]}: correlated by "
+                    f"{correlation[i, j]:.3f}; their combination is known better than either"
+                )
+
+
+def _outlying(found: Identification) -> Iterator[str]:
+    data = found.measurements
+    if found.how.loss != "squares":
+        low = np.flatnonzero(found.weight < 0.5)
+        if len(low):
+            gone = int((found.weight[low] < 0.01).sum())
+            yield (
+                f"{len(low)} of {len(data)} readings count less than half"
+                + (f", {gone} of them not at all" if gone else "")
+                + f": {_listed([_reading(found, r) for r in low.tolist()])}"
+            )
+        return
+    deviation = np.sqrt(np.einsum("rii->r", data.covariance) / 3.0)
+    if found.how.sigma == "estimated":
+        deviation = deviation * found.scale
+    size = np.abs(found.left_out).max(axis=1) / deviation
+    far = np.flatnonzero(size > max(_FAR, np.sqrt(2.0 * np.log(3.0 * len(data)) + 6.0)))
+    if len(far):
+        far = far[np.argsort(-size[far])]
+        yield (
+            f"{_listed([_reading(found, r) for r in far.tolist()])}: more than {size[far].min():.2g} σ from "
+            "what the other experiments say; look at it, or use a robust loss"
+        )
+
+
+def _nonlinear(found: Identification) -> Iterator[str]:
+    if found.how.model != "linear" and len(found.linear):
+        return
+    # The fit of the paper: say so where the deflections are large enough to matter.
+    size = float(np.linalg.norm(found.measurements.deflection, axis=1).max(initial=0.0))
+    if size > 2e-3:
+        yield (
+            f"linear model with deflections up to {1e3 * size:.2g} mm: its estimates are biased "
+            "at second order; the model of the equilibrium is not"
+        )
+
+
+def _reading(found: Identification, reading: int) -> str:
+    data = found.measurements
+    name = data.names[data.case[reading]]
+    marker = data.tool.marker_names[data.marker[reading]]
+    return name if len(data.tool.markers) == 1 else f"{name}/{marker}"
+
+
+def _listed(names: list[str]) -> str:
+    shown = ", ".join(names[:_MOST])
+    return shown if len(names) <= _MOST else f"{shown} and {len(names) - _MOST} more"
