@@ -56,6 +56,9 @@ _PUBLIC = {
     "loaded_deflection": "elastocal.equilibrium",
     "Measurements": "elastocal.measurement",
     "ComplianceModel": "elastocal.compliance_model",
+    "Fit": "elastocal.uncertainty",
+    "identify": "elastocal.identification",
+    "Identification": "elastocal.identification",
     "html": "elastocal.report",
 }
 
