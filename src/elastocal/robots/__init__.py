@@ -1,4 +1,4 @@
-"""Ways to get a robot: built in, or from a table."""
+"""Ways to get a robot: built in, from a table, or from a file."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from elastocal.robot import Robot
 from elastocal.robots.dh import DHRow, from_dh
 from elastocal.robots.kuka_kr270 import kuka_kr270
 from elastocal.robots.three_link import three_link
+from elastocal.robots.urdf import from_urdf
 
-__all__ = ["BUILTIN", "DHRow", "from_dh", "kuka_kr270", "load", "three_link"]
+__all__ = ["BUILTIN", "DHRow", "from_dh", "from_urdf", "kuka_kr270", "load", "three_link"]
 
 BUILTIN: dict[str, Callable[[], Robot]] = {
     "kuka-kr270": kuka_kr270,
