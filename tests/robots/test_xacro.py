@@ -57,7 +57,9 @@ def test_nothing_is_included_from_elsewhere(tmp_path: Path) -> None:
 def test_what_cannot_be_expanded_is_refused_in_a_sentence(tmp_path: Path) -> None:
     path = tmp_path / "bad.xacro"
     path.write_text(HEAD.format("bad") + '<link name="${nothing}"/></robot>')
-    with pytest.raises(InputError, match=r"bad\.xacro: xacro cannot expand it: .*nothing") as caught:
+    with pytest.raises(
+        InputError, match=r"bad\.xacro: xacro cannot expand it: .*nothing"
+    ) as caught:
         from_urdf(path)
     assert "\n" not in str(caught.value)
 
