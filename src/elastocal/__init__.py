@@ -59,6 +59,8 @@ _PUBLIC = {
     "Fit": "elastocal.uncertainty",
     "identify": "elastocal.identification",
     "Identification": "elastocal.identification",
+    "validate": "elastocal.validation",
+    "leave_one_out": "elastocal.validation",
     "html": "elastocal.report",
 }
 

@@ -86,15 +86,16 @@ def merged(first: VirtualJoints, second: VirtualJoints) -> VirtualJoints:
     twice = sorted(set(first.names) & set(second.names))
     if twice:
         raise InputError(f"spring {twice[0]!r} is given twice")
-    order = np.argsort(np.append(first.body, second.body), kind="stable")
+    body, joint = np.append(first.body, second.body), np.append(first.joint, second.joint)
+    order = np.lexsort((joint >= 0, body))  # on one body the springs of no joint come first
     names = (*first.names, *second.names)
     return VirtualJoints(
         names=tuple(names[i] for i in order),
-        body=np.append(first.body, second.body)[order],
+        body=body[order],
         axis=np.concatenate([first.axis, second.axis])[order],
         origin=np.concatenate([first.origin, second.origin])[order],
         prismatic=np.append(first.prismatic, second.prismatic)[order],
-        joint=np.append(first.joint, second.joint)[order],
+        joint=joint[order],
     )
 
 

@@ -128,6 +128,30 @@ def loaded_deflection(arm: ElasticArm, compliance: Array, cases: LoadCases) -> A
     return markers_at(arm, cases.q, loaded) - markers_at(arm, cases.q, idle)
 
 
+def deflection_and_gradient(
+    arm: ElasticArm, compliance: Array, cases: LoadCases
+) -> tuple[Array, Array]:
+    """Deflections as `loaded_deflection`, and their derivatives in the compliances.
+
+    Returns:
+        (N, 3K) deflections [m] and (N, 3K, p) derivatives.
+
+    Raises:
+        EquilibriumError: a load case has no stable equilibrium; the message names it.
+    """
+    wrenches = [cases.wrench] + ([np.zeros_like(cases.wrench)] if arm.sags else [])
+    found = []
+    for wrench in wrenches:
+        rest = _at_rest(arm, compliance, LoadCases(cases.q, wrench))
+        here = linearise(arm, compliance, cases.q, wrench, rest)
+        found.append((here.markers, here.velocity @ here.slope))
+    loaded, slope = found[0]
+    if arm.sags:
+        return loaded - found[1][0], slope - found[1][1]
+    flat = np.zeros((len(cases), len(arm.springs)))
+    return loaded - markers_at(arm, cases.q, flat), slope
+
+
 def markers_at(arm: ElasticArm, q: Array, displacement: Array) -> Array:
     """(N, 3K) marker positions [m] of configurations (N, n) with springs bent by (N, p)."""
     posture = Posture(arm.chain, arm.bent(q, displacement))

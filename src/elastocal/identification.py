@@ -50,6 +50,7 @@ class Identification:
         held: Names held at zero by `nonnegative`.
         iterations: Gauss-Newton steps.
         measurements: What was fitted.
+        arm: The robot with all springs of the model and the measured tool.
     """
 
     model: ComplianceModel
@@ -72,6 +73,7 @@ class Identification:
     held: tuple[str, ...]
     iterations: int
     measurements: Measurements = field(repr=False)
+    arm: ElasticArm = field(repr=False)
 
     @property
     def index(self) -> list[int]:
@@ -174,6 +176,7 @@ def identify(
         held=tuple(n for n, h in zip(names, found.fit.held, strict=True) if h),
         iterations=found.iterations,
         measurements=measurements,
+        arm=problem.arm,
     )
 
 

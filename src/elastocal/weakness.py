@@ -145,8 +145,9 @@ def _outlying(found: Identification) -> Iterator[str]:
     far = np.flatnonzero(size > max(_FAR, np.sqrt(2.0 * np.log(3.0 * len(data)) + 6.0)))
     if len(far):
         far = far[np.argsort(-size[far])]
+        names = [_reading(found, r) for r in far.tolist()]
         yield (
-            f"{_listed([_reading(found, r) for r in far.tolist()])}: more than {size[far].min():.2g} σ from "
+            f"{_listed(names)}: more than {size[far].min():.2g} σ from "
             "what the other experiments say; look at it, or use a robust loss"
         )
 
