@@ -9,6 +9,7 @@ import pytest
 
 from elastocal.constraints import HalfSpace
 from elastocal.errors import InfeasibleError
+from elastocal.instrument import Isotropic
 from elastocal.load_case import LoadCases
 from elastocal.load_case_space import LoadCaseSpace
 from elastocal.loads import FreeDirection
@@ -109,7 +110,7 @@ def test_rows_are_in_units_of_the_noise() -> None:
     """Twice the noise, half the rows: a quarter of the information."""
     space = kr270(A0).space
     x = space.sample(4, np.random.default_rng(6))
-    noisy = replace(space, sigma=2.0 * SIGMA)
+    noisy = replace(space, instrument=Isotropic(2.0 * SIGMA))
     assert noisy.evaluate(x).blocks == pytest.approx(space.evaluate(x).blocks / 2.0)
 
 

@@ -15,7 +15,7 @@ from elastocal.constraints import Constraint, describe, margins_at
 from elastocal.criteria import losses
 from elastocal.design.criterion import scaled_inverse, weakest
 from elastocal.design.space import information
-from elastocal.elastostatics import regressor
+from elastocal.elastostatics import Regressor
 from elastocal.load_case import LoadCases
 from elastocal.loads import FixedVector, FreeDirection, Load
 from elastocal.posture import Posture
@@ -99,8 +99,12 @@ def assess(study: Study, cases: LoadCases, repeats: IntArray) -> Assessment:
 
 def load_case_information(study: Study, cases: LoadCases) -> Array:
     """(N, p, p) information of each load case measured once [(N·m/rad)²]."""
-    rows = regressor(study.robot, study.springs, study.experiments.tool, cases)
-    return information(rows / study.sigma)
+    tool = study.experiments.tool
+    posture = Posture(study.robot, cases.q)
+    rows = Regressor(posture, study.springs, tool, cases.wrench).rows
+    points = [posture.point(marker) for marker in tool.markers]
+    white, _ = study.instrument.whiten(rows, points)
+    return information(np.ascontiguousarray(white.transpose(2, 0, 1)))
 
 
 def margins(study: Study, cases: LoadCases) -> tuple[list[Constraint], Array]:

@@ -16,6 +16,7 @@ from elastocal.constraints import Constraint, describe, margins_at
 from elastocal.design.oracle import restore
 from elastocal.elastostatics import Regressor, VirtualJoints
 from elastocal.errors import InfeasibleError
+from elastocal.instrument import Instrument
 from elastocal.load_case import LoadCases
 from elastocal.loads import FreeDirection, Load
 from elastocal.posture import Posture
@@ -35,7 +36,7 @@ class LoadCaseSpace:
         force: Which forces may act [N].
         moment: Which moments may act [N·m].
         constraints: Constraints besides the joint limits.
-        sigma: Standard deviation of one measured coordinate [m].
+        instrument: What measures the deflections of the markers.
         limits: (2, n) lower and upper joint values used for planning [rad or m].
     """
 
@@ -45,7 +46,7 @@ class LoadCaseSpace:
     force: Load
     moment: Load
     constraints: Sequence[Constraint]
-    sigma: float
+    instrument: Instrument
     limits: Array
 
     @property
@@ -68,7 +69,7 @@ class LoadCaseSpace:
         return self.force.variables + self.moment.variables
 
     def evaluate(self, x: Array) -> LoadCaseEvaluation:
-        """Regressor rows over sigma, margins and gradients at design points (N, d)."""
+        """Regressor rows in units of their noise, margins and gradients at design points (N, d)."""
         return LoadCaseEvaluation(self, x)
 
     def load_cases(self, x: Array) -> LoadCases:
@@ -211,7 +212,10 @@ class _Part:
         posture = Posture(space.robot, x[:, :n])
         self.wrench = space._wrench(x)
         self.regressor = Regressor(posture, space.springs, space.tool, self.wrench.T)
-        self.blocks = np.ascontiguousarray(self.regressor.rows.transpose(2, 0, 1)) / space.sigma
+        self.posture = posture
+        self.markers = [posture.point(marker) for marker in space.tool.markers]
+        rows, self.unwhiten = space.instrument.whiten(self.regressor.rows, self.markers)
+        self.blocks = np.ascontiguousarray(rows.transpose(2, 0, 1))
         results = [constraint.at(posture) for constraint in space.constraints]
         margins = [margin for margin, _ in results]
         self.pulls = [pull for _, pull in results]
@@ -226,8 +230,11 @@ class _Part:
 
     def pull(self, block_cotangent: Array, margin_cotangent: Array) -> Array:
         n, k = len(self.space.robot.joints), self.space.force.variables
-        cotangent = np.ascontiguousarray(block_cotangent.transpose(1, 2, 0)) / self.space.sigma
-        q_bar, wrench_bar = self.regressor.pull(cotangent)
+        cotangent = np.ascontiguousarray(block_cotangent.transpose(1, 2, 0))
+        rows_bar, points_bar = self.unwhiten(cotangent)
+        q_bar, wrench_bar = self.regressor.pull(rows_bar)
+        for point, bar in zip(self.markers, points_bar or (), strict=False):
+            q_bar += self.posture.pull_point(point, bar)
         for pull, weight in zip(self.pulls, margin_cotangent.T, strict=False):
             if weight.any():
                 q_bar += pull(weight)

@@ -154,7 +154,7 @@ class Study:
             e.force,
             e.moment,
             self.constraints,
-            self.sigma,
+            self.instrument,
             self.limits,
         )
 

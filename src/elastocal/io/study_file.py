@@ -13,16 +13,15 @@ from elastocal.assessment import load_case_information
 from elastocal.criteria import CRITERIA
 from elastocal.elastostatics import VirtualJoints
 from elastocal.errors import ElastocalError, InputError, StudyError
-from elastocal.instrument import Instrument, Isotropic, LaserTracker
 from elastocal.io.constraint_section import constraints_of, limits_of
 from elastocal.io.files import read_text
+from elastocal.io.instrument_section import instrument_of
 from elastocal.io.joint_values import configuration
 from elastocal.io.plan_file import read_proposal
 from elastocal.io.schema import (
     ConeFile,
     DHRobotFile,
     ExperimentsFile,
-    InstrumentFile,
     PriorFile,
     StudyFile,
     TestPoseFile,
@@ -86,7 +85,7 @@ class _Reader:
                 f"criterion {file.criterion!r} is not known; expected one of {', '.join(CRITERIA)}",
             )
         self._check_involved(springs, poses)
-        instrument = self._at(("instrument",), lambda: _instrument(file.instrument))
+        instrument = self._at(("instrument",), lambda: instrument_of(file.instrument))
         constraints = self._at(
             ("constraints",), lambda: constraints_of(file.constraints, experiments.tool)
         )
@@ -308,22 +307,6 @@ def _load(
         )
     except InputError as error:
         raise LocatedError((direction_key,), str(error)) from None
-
-
-def _instrument(entry: InstrumentFile) -> Instrument:
-    if (entry.sigma_mm is None) == (entry.tracker is None):
-        raise InputError("give exactly one of sigma_mm and tracker")
-    if entry.sigma_mm is not None:
-        return Isotropic(entry.sigma_mm / 1e3)
-    assert entry.tracker is not None
-    t = entry.tracker
-    return LaserTracker(
-        np.array(t.position_mm) / 1e3,
-        t.along_um / 1e6,
-        t.along_um_per_m / 1e6,
-        t.across_um / 1e6,
-        t.across_um_per_m / 1e6,
-    )
 
 
 def _prior(study: Study, entry: PriorFile, folder: Path) -> Array:

@@ -50,10 +50,11 @@ class TrackerFile(Section):
     """A laser tracker: where it stands, and its noise, one reading, one standard deviation."""
 
     position_mm: Vector
-    along_um: Positive
-    along_um_per_m: Number = 0.0
-    across_um: Positive
-    across_um_per_m: Number = 0.0
+    preset: Name | None = None
+    along_um: Positive | None = None
+    along_um_per_m: Number | None = None
+    across_um: Positive | None = None
+    across_um_per_m: Number | None = None
 
 
 class InstrumentFile(Section):
