@@ -69,13 +69,14 @@ def linearise(
 
     Args:
         arm: Elastic arm with p springs and K markers.
-        compliance: (p,) compliances [rad/(N·m) or m/N].
+        compliance: (p,) compliances [rad/(N·m) or m/N], or (N, p): one arm for each load case.
         q: (N, n) configurations of the unloaded arm [rad or m].
         wrench: (N, 6) wrenches at the load point, base frame [N, N·m].
         displacement: (N, p) displacements of the springs [rad or m].
     """
+    each = np.broadcast_to(compliance, displacement.shape)
     parts = [
-        _linearise(arm, compliance, q[s], wrench[s], displacement[s])
+        _linearise(arm, each[s], q[s], wrench[s], displacement[s])
         for s in (slice(i, i + _CHUNK) for i in range(0, max(len(q), 1), _CHUNK))
     ]
     if len(parts) == 1:
@@ -88,12 +89,13 @@ def equilibrium(arm: ElasticArm, compliance: Array, cases: LoadCases) -> Equilib
 
     Args:
         arm: Elastic arm with p springs.
-        compliance: (p,) compliances [rad/(N·m) or m/N].
+        compliance: (p,) compliances [rad/(N·m) or m/N], or (N, p): one arm for each load case.
         cases: N load cases; the weight of the links acts besides.
 
     Source: ours; paper ref. to nonlinear compensation [12].
     """
     count, p = len(cases), len(arm.springs)
+    each = np.broadcast_to(compliance, (count, p))
     displacement = np.zeros((count, p))
     stability = np.ones(count)
     converged = np.zeros(count, dtype=bool)
@@ -101,9 +103,11 @@ def equilibrium(arm: ElasticArm, compliance: Array, cases: LoadCases) -> Equilib
     for _ in range(_MOST_STEPS):
         if not len(open_):
             break
-        state = linearise(arm, compliance, cases.q[open_], cases.wrench[open_], displacement[open_])
+        state = linearise(
+            arm, each[open_], cases.q[open_], cases.wrench[open_], displacement[open_]
+        )
         displacement[open_] += state.step
-        stability[open_] = _stability(compliance, state.stiffening)
+        stability[open_] = _stability(each[open_], state.stiffening)
         size = np.abs(displacement[open_]).max(axis=1, initial=0.0)
         with np.errstate(invalid="ignore"):
             done = np.abs(state.step).max(axis=1, initial=0.0) <= _SMALL * size
@@ -174,7 +178,7 @@ def _at_rest(arm: ElasticArm, compliance: Array, cases: LoadCases) -> Array:
 def _linearise(
     arm: ElasticArm, compliance: Array, q: Array, wrench: Array, displacement: Array
 ) -> Linearisation:
-    """One chunk of `linearise`."""
+    """One chunk of `linearise`, compliances (N, p)."""
     count, p = displacement.shape
     posture = Posture(arm.chain, arm.bent(q, displacement))
     axes, origins = posture.axes[:, arm.sprung], posture.origins[:, arm.sprung]
@@ -206,8 +210,8 @@ def _linearise(
         for j in range(p):
             # A moment that keeps its direction turns no axis but those beyond spring j.
             slope[j + 1 :, j] += dot(cross(turns[:, j, None], turns[:, j + 1 :]), moment)
-    k = compliance[:, None]
-    tangent = np.eye(p)[..., None] - k[..., None] * slope
+    k = compliance.T
+    tangent = np.eye(p)[..., None] - k[:, None] * slope
     right = np.concatenate([(k * effort - displacement.T)[:, None], _diagonal(effort)], axis=1)
     solved = np.linalg.solve(tangent.transpose(2, 0, 1), right.transpose(2, 0, 1))
     points = [posture.point(marker) for marker in arm.tool.markers]
@@ -245,7 +249,7 @@ def _stability(compliance: Array, stiffening: Array) -> Array:
     """(N,) smallest eigenvalue of I - √k H √k, H symmetrised."""
     root = np.sqrt(np.maximum(compliance, 0.0))
     symmetric = 0.5 * (stiffening + stiffening.transpose(0, 2, 1))
-    matrices = np.eye(len(root)) - root[:, None] * symmetric * root
+    matrices = np.eye(root.shape[-1]) - root[..., :, None] * symmetric * root[..., None, :]
     bad = ~np.isfinite(matrices).all(axis=(1, 2))
     matrices[bad] = 0.0
     smallest = np.linalg.eigvalsh(matrices)[:, 0]
