@@ -112,7 +112,7 @@ def simulate(
     if load_error is not None and (load_error.size or load_error.direction):
         wrench = disturbed(cases.wrench[case], load_error, by_load)
         acting = LoadCases(cases.q[case], wrench)
-        true = _deflections(ideal.arm, truth.compliance, acting, linear)
+        true = deflections(ideal.arm, truth.compliance, acting, linear)
     covariance = ideal.covariance[case]
     read = true + noise(ideal.covariance, case, by_noise)
     if outliers is not None:
@@ -150,12 +150,12 @@ def virtual_readings(
     points = markers_at(arm, cases.q, still).reshape(len(cases), -1, 3)
     meter = instrument or study.instrument
     covariance = meter.covariance(points.reshape(-1, 3)).reshape(*points.shape, 3)
-    true = _deflections(arm, truth.compliance, cases, linear)
+    true = deflections(arm, truth.compliance, cases, linear)
     return VirtualReadings(arm, true, covariance)
 
 
-def _deflections(arm: ElasticArm, compliance: Array, cases: LoadCases, linear: bool) -> Array:
-    """(N, K, 3) deflections of the markers [m]."""
+def deflections(arm: ElasticArm, compliance: Array, cases: LoadCases, linear: bool) -> Array:
+    """(N, K, 3) deflections of the K markers of a true arm [m]; of the regressor if `linear`."""
     if linear:
         rows = deflection(arm.robot, arm.springs, compliance, arm.tool, cases)[:, :-3]
     else:
