@@ -61,6 +61,13 @@ _PUBLIC = {
     "Identification": "elastocal.identification",
     "validate": "elastocal.validation",
     "leave_one_out": "elastocal.validation",
+    "simulate": "elastocal.simulation",
+    "LoadError": "elastocal.simulation",
+    "Outliers": "elastocal.simulation",
+    "campaigns": "elastocal.monte_carlo",
+    "MonteCarlo": "elastocal.monte_carlo",
+    "read_model": "elastocal.io.model_file",
+    "write_model": "elastocal.io.model_file",
     "html": "elastocal.report",
 }
 

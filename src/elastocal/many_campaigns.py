@@ -85,9 +85,9 @@ def fit_all(design: Design, readings: Array) -> Estimates:
     whitener = np.linalg.inv(np.linalg.cholesky(design.covariance))  # (S, K, 3, 3)
     repeats = np.bincount(design.case, minlength=len(design.cases))
     white = np.einsum("nkij,cnkj->cnki", whitener[design.case], readings)
-    mean = np.zeros((count, len(repeats), markers, 3))
-    np.add.at(mean, (slice(None), design.case), white)
-    mean /= np.maximum(repeats, 1)[:, None, None]
+    share = np.zeros((len(repeats), len(design.case)))
+    share[design.case, np.arange(len(design.case))] = 1.0 / repeats[design.case]
+    mean = (share @ white.reshape(count, len(design.case), -1)).reshape(count, -1, markers, 3)
     scatter = np.sum((white - mean[:, design.case]) ** 2, axis=(1, 2, 3))
     weight = np.sqrt(repeats)[:, None, None, None] * whitener
     values = (np.sqrt(repeats)[:, None, None] * mean).reshape(count, -1)

@@ -14,7 +14,6 @@ import numpy as np
 from elastocal.arrays import Array, IntArray, frozen
 from elastocal.campaign_errors import Judge, errors_left, judge
 from elastocal.compliance_model import ComplianceModel
-from elastocal.elastic_arm import ElasticArm
 from elastocal.elastostatics import regressor, subset
 from elastocal.errors import InputError
 from elastocal.identification import identify
@@ -291,8 +290,12 @@ def _run(
     done: list[tuple[Array, Array, Array]] = []
     results = (_chunk(shared[name], size, seed) for name, size, seed in jobs)
     if workers > 1:
-        from joblib import Parallel, delayed
-
+        try:
+            from joblib import Parallel, delayed
+        except ImportError:
+            raise InputError(
+                "more than one worker needs joblib: install elastocal[parallel]"
+            ) from None
         run = Parallel(n_jobs=workers, return_as="generator")
         results = run(delayed(_chunk)(shared[name], size, seed) for name, size, seed in jobs)
     for (name, _, _), result in zip(jobs, results, strict=True):
