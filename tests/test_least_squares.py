@@ -11,7 +11,7 @@ from elastocal.arrays import Array
 from elastocal.least_squares import column_norms, fit, unseen
 from tests.nist import DATASETS
 
-# Correct digits wanted. For Filip double precision itself sets the limit: the condition of its scaled
+# Correct digits wanted. For Filip double precision sets the limit: the condition of its scaled
 # columns is 5e9, and its powers of x are rounded before anything is solved; 7.6 are reached.
 DIGITS = {"Filip": 7.0}
 AT_LEAST = 8.0

@@ -18,6 +18,7 @@ from elastocal.arrays import Array, IntArray
 from elastocal.certification import Certificate
 from elastocal.criteria import POSITION_ERRORS
 from elastocal.errors import InputError, PlanFileError
+from elastocal.io.compliance_units import unit_of
 from elastocal.io.files import finite, read_text, write_text
 from elastocal.io.joint_values import configuration
 from elastocal.load_case import LoadCases
@@ -58,12 +59,6 @@ def study_hash(study: Study) -> str:
     return hashlib.sha256(study.text.encode()).hexdigest()
 
 
-def spring_unit(robot: Robot, name: str) -> str:
-    """Unit of the compliance of a joint."""
-    joint = robot.joints[robot.joint_names.index(name)]
-    return "m/N" if joint.prismatic else "rad/(N·m)"
-
-
 def write_plan(plan: Plan, path: str | Path) -> None:
     """Write plan.json."""
     document = finite(plan_document(plan))
@@ -91,7 +86,8 @@ def plan_document(plan: Plan) -> dict[str, Any]:
                 },
             }
         )
-    errors = zip(study.springs.names, worth.standard_error, strict=True)
+    springs = study.springs
+    errors = zip(springs.names, springs.prismatic, worth.standard_error, strict=True)
     return {
         "elastocal": 1,
         "kind": "plan",
@@ -108,8 +104,8 @@ def plan_document(plan: Plan) -> dict[str, Any]:
             for pose, rho in zip(study.test_poses, worth.rho0_each, strict=True)
         },
         "standard_error": {
-            name: {"value": float(error), "unit": spring_unit(robot, name)}
-            for name, error in errors
+            name: {"value": float(error), "unit": unit_of("compliance", bool(slides))}
+            for name, slides, error in errors
         },
         "criteria": _criteria(worth.criteria),
         "certificate": _certificate(robot, plan.certificate),

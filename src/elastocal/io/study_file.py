@@ -11,7 +11,7 @@ import numpy as np
 from elastocal.arrays import Array
 from elastocal.assessment import load_case_information
 from elastocal.criteria import CRITERIA
-from elastocal.elastostatics import VirtualJoints
+from elastocal.elastostatics import VirtualJoints, merged
 from elastocal.errors import ElastocalError, InputError, StudyError
 from elastocal.io.constraint_section import constraints_of, limits_of
 from elastocal.io.files import read_text
@@ -28,6 +28,7 @@ from elastocal.io.schema import (
     ToolFile,
     validate,
 )
+from elastocal.io.spring_section import extra_springs
 from elastocal.io.yaml_lines import Located, LocatedError, Path_, parse
 from elastocal.load_case import LoadCases
 from elastocal.loads import FixedVector, FreeDirection, Load
@@ -62,7 +63,8 @@ class _Reader:
     def study(self) -> Study:
         file = self.file
         robot = self._at(("robot",), lambda: _robot(file.robot))
-        springs = self._at(("identify",), lambda: springs_of(robot, file.identify))
+        extra = self._at((), lambda: _extra_springs(robot, file))
+        springs = self._at(("identify",), lambda: _springs(robot, file.identify, extra))
         tools = dict(robot.tools)
         for name, tool in file.tools.items():
             tools[name] = self._at(("tools", name), lambda n=name, t=tool: _tool(n, t))
@@ -181,6 +183,26 @@ def _robot(entry: str | DHRobotFile) -> Robot:
             )
         )
     return from_dh(entry.name, rows, modified=entry.convention == "modified")
+
+
+def _extra_springs(robot: Robot, file: StudyFile) -> dict[str, VirtualJoints]:
+    """Springs of links and base, by name."""
+    return extra_springs({n: s.model_dump() for n, s in (file.springs or {}).items()}, robot)
+
+
+def _springs(
+    robot: Robot, names: list[str] | None, extra: dict[str, VirtualJoints]
+) -> VirtualJoints:
+    """Springs to identify: those named, or all."""
+    if names is None:
+        names = [*robot.joint_names, *extra]
+    in_joints = [name for name in names if name not in extra]
+    found = springs_of(robot, in_joints) if in_joints or not names else None
+    for name in dict.fromkeys(n for n in names if n in extra):
+        found = extra[name] if found is None else merged(found, extra[name])
+    if found is None:
+        raise InputError("identify lists no springs; name at least one")
+    return found
 
 
 def _tool(name: str, entry: ToolFile) -> Tool:

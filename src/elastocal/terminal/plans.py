@@ -12,6 +12,7 @@ from elastocal.certification import Certificate
 from elastocal.constraints import describe
 from elastocal.criteria import POSITION_ERRORS
 from elastocal.evaluation import Evaluation
+from elastocal.io.compliance_units import unit_of
 from elastocal.planning import Plan
 from elastocal.robot import Robot
 from elastocal.study import Study
@@ -71,8 +72,6 @@ def _nearest(plan: Plan) -> str:
 
 
 def _errors(study: Study, columns: dict[str, Array]) -> Table:
-    from elastocal.io.plan_file import spring_unit
-
     table = Table(
         title="Standard errors of the compliances", title_justify="left", box=box.SIMPLE_HEAD
     )
@@ -82,7 +81,11 @@ def _errors(study: Study, columns: dict[str, Array]) -> Table:
     table.add_column("unit")
     for j, name in enumerate(study.springs.names):
         values = [f"{1e9 * column[j]:.3g}" for column in columns.values()]
-        table.add_row(Text(name), *values, Text(f"1e-9 {spring_unit(study.robot, name)}"))
+        table.add_row(
+            Text(name),
+            *values,
+            Text(f"1e-9 {unit_of('compliance', bool(study.springs.prismatic[j]))}"),
+        )
     return table
 
 

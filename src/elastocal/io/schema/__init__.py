@@ -19,7 +19,7 @@ from elastocal.io.schema.experiments import (
     TestPoseFile,
     TrackerFile,
 )
-from elastocal.io.schema.robot import DHRobotFile, DHRowFile, ToolFile
+from elastocal.io.schema.robot import DHRobotFile, DHRowFile, SpringFile, ToolFile
 from elastocal.io.schema.study import StudyFile, validate
 from elastocal.io.schema.values import Section
 
@@ -34,6 +34,7 @@ __all__ = [
     "InstrumentFile",
     "PriorFile",
     "Section",
+    "SpringFile",
     "StudyFile",
     "TestPoseFile",
     "TiltFile",

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Literal
 
+from pydantic import Field
+
 from elastocal.io.schema.values import Name, Number, Range, Section, Vector
 
 
@@ -35,3 +37,12 @@ class ToolFile(Section):
     tcp_mm: Vector | None = None
     load_point_mm: Vector | None = None
     markers_mm: dict[Name, Vector] | None = None
+
+
+class SpringFile(Section):
+    """A spring of a link or of the base."""
+
+    carried_by: Name
+    type: Literal["revolute", "prismatic"] = "revolute"
+    axis: Vector
+    origin_mm: Vector = Field(default_factory=lambda: [0.0, 0.0, 0.0])

@@ -24,7 +24,7 @@ from elastocal.io.schema.experiments import (
     TestPoseFile,
     TrackerFile,
 )
-from elastocal.io.schema.robot import DHRobotFile, DHRowFile, ToolFile
+from elastocal.io.schema.robot import DHRobotFile, DHRowFile, SpringFile, ToolFile
 from elastocal.io.schema.values import Name, Section, Vector
 from elastocal.io.yaml_lines import Located, Path_
 
@@ -36,6 +36,7 @@ class StudyFile(Section):
     name: Name | None = None
     robot: Name | DHRobotFile
     identify: list[Name] | None = None
+    springs: dict[Name, SpringFile] | None = None
     tools: dict[Name, ToolFile] = Field(default_factory=dict)
     test_poses: list[TestPoseFile]
     experiments: ExperimentsFile
@@ -141,6 +142,7 @@ _MODELS: dict[str, type[Section]] = {
     "": StudyFile,
     "robot": DHRobotFile,
     "tools": ToolFile,
+    "springs": SpringFile,
     "test_poses": TestPoseFile,
     "experiments": ExperimentsFile,
     "instrument": InstrumentFile,
