@@ -55,6 +55,8 @@ _PUBLIC = {
     "equilibrium": "elastocal.equilibrium",
     "loaded_deflection": "elastocal.equilibrium",
     "Measurements": "elastocal.measurement",
+    "read_measurements": "elastocal.io.measurement_file",
+    "write_measurements": "elastocal.io.measurement_file",
     "ComplianceModel": "elastocal.compliance_model",
     "Fit": "elastocal.uncertainty",
     "identify": "elastocal.identification",

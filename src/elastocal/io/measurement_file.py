@@ -1,0 +1,241 @@
+"""Measurement files: from tables of the field to `Measurements`, and the canonical CSV.
+
+In: one file, or several with the same columns, or several matched row by row. Out: deflections
+in the base frame, SI units, each with its covariance.
+"""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from elastocal.arrays import Array
+from elastocal.errors import MeasurementFileError
+from elastocal.io.files import write_text
+from elastocal.io.measurements.cells import read_cells
+from elastocal.io.measurements.columns import (
+    AXES,
+    COVARIANCES,
+    DEFLECTIONS,
+    FORCES,
+    MASS,
+    TORQUES,
+    Column,
+    columns_by_name,
+    missing,
+)
+from elastocal.io.measurements.decoding import decoded
+from elastocal.io.measurements.experiments import grouped
+from elastocal.io.measurements.layout import Layout, Style, layout
+from elastocal.io.measurements.readings import Readings, deflections, differences, markers
+from elastocal.io.measurements.selection import chosen_word, usable
+from elastocal.io.measurements.suspicious import remarks
+from elastocal.io.measurements.table import Table, combined, kept
+from elastocal.io.measurements.uncertainty import kind_of_uncertainty, matrices, six_of
+from elastocal.load_case import LoadCases
+from elastocal.measurement import Measurements
+from elastocal.posture import Posture
+from elastocal.robot import Robot, Tool
+from elastocal.study import Study
+
+_CHUNK = 50_000  # experiments; bounds the memory for body frames
+
+
+def read_measurements(path: str | Path | Sequence[str | Path], study: Study) -> Measurements:
+    """The measurements in a file, or in several.
+
+    Files with the same columns are read one below the other; files with different columns, such
+    as joints, forces and deflections, side by side, row by row.
+
+    Args:
+        path: File or files.
+        study: The campaign: robot, calibration tool, instrument.
+
+    Raises:
+        MeasurementFileError: a file is wrong; the message names file, line and column.
+    """
+    paths = [Path(path)] if isinstance(path, (str, Path)) else [Path(p) for p in path]
+    if not paths:
+        raise MeasurementFileError("no measurement file is named")
+    files = [decoded(p) for p in paths]
+    tables = [layout(file, Style()) for file in files]
+    columns = [columns_by_name(t.header, study.robot, _header_of(t)) for t in tables]
+    _check_columns(tables, columns, study)
+    table = combined([read_cells(t, c) for t, c in zip(tables, columns, strict=True)])
+    units = {key: c.unit for some in columns for key, c in some.items()}
+    digests = [file.sha256 for file in files]
+    whole = "".join(digests).encode()
+    found = replace(
+        _measurements(table, study),
+        source=", ".join(map(str, paths)),
+        sha256=digests[0] if len(digests) == 1 else hashlib.sha256(whole).hexdigest(),
+    )
+    odd = [file.remark for file in files if file.remark]
+    return replace(found, remarks=(*odd, *found.remarks, *remarks(found, study, units)))
+
+
+def _header_of(table: Layout) -> str:
+    return f"{table.file.path}, line {table.first}"
+
+
+def _check_columns(
+    tables: Sequence[Layout], columns: Sequence[dict[str, Column]], study: Study
+) -> None:
+    """Refuse what lacks a column, before any row is read."""
+    found = {key for some in columns for key in some}
+    several = len(tables) > 1 and not all(set(c) == set(columns[0]) for c in columns)
+    where = ", ".join(str(t.file.path) for t in tables) if several else _header_of(tables[0])
+    free = [
+        name
+        for table, some in zip(tables, columns, strict=True)
+        for i, name in enumerate(table.header)
+        if name and i not in {column.index for column in some.values()}
+    ]
+    robot, many = study.robot, len(study.experiments.tool.markers) > 1
+
+    wanted = [] if several and not many else ["experiment"]
+    wanted += ["marker"] * many + [f"q:{joint.name}" for joint in robot.joints]
+    wanted += [MASS] if MASS in found else FORCES
+    wanted += TORQUES if found & set(TORQUES) else ()
+    wanted += AXES if "state" in found else DEFLECTIONS
+    problem = missing(wanted, found, free, robot)
+    if problem:
+        if "state" not in found and found >= set(AXES) and not found & set(DEFLECTIONS):
+            problem = (
+                "column 'state' is missing; positions x, y, z need it to tell loaded from unloaded"
+            )
+        raise MeasurementFileError(f"{where}: {problem}")
+    for twice, why in (
+        ((MASS, *FORCES), "a hanging mass and a force exclude each other"),
+        (("state", *DEFLECTIONS), "a deflection has no state, it is loaded minus unloaded"),
+    ):
+        also = [key for key in twice[1:] if key in found]
+        if twice[0] in found and also:
+            raise MeasurementFileError(f"{where}: columns {twice[0]!r} and {also[0]!r}: {why}")
+    kind_of_uncertainty(found, where)
+
+
+def _measurements(table: Table, study: Study) -> Measurements:
+    """Measurements without their source."""
+    tool = study.experiments.tool
+    keep = usable(table)
+    left_out = kept(table, ~keep)
+    table = kept(table, keep) if not keep.all() else table
+    loaded = chosen_word(table, "state", _STATES) if "state" in table.words else None
+    marker = markers(table, tool)
+    own = kind_of_uncertainty(table.numbers, "")
+    grouping = grouped(table, study.robot, loaded, study.gravity)
+    if loaded is None:
+        readings = deflections(table, grouping, marker, own, tool)
+    else:
+        readings = differences(
+            table, grouping, marker, own, tool, loaded, _names_of(left_out, tool)
+        )
+    said = list(grouping.remarks)
+    if left_out.rows:
+        said.append(
+            f"{left_out.rows} row{'s' if left_out.rows > 1 else ''} marked as invalid or deleted "
+            "left out"
+        )
+    if readings.six is not None:
+        covariance = matrices(readings.six)
+    else:
+        points = _points(study.robot, tool, grouping.cases, readings)
+        covariance = study.instrument.covariance(points) * readings.weight[:, None, None]
+    return Measurements(
+        tool,
+        grouping.cases,
+        grouping.names,
+        readings.case,
+        readings.marker,
+        readings.deflection,
+        covariance,
+        own_uncertainty=readings.six is not None,
+        remarks=(*said, *readings.remarks),
+    )
+
+
+_STATES = {"loaded": True, "unloaded": False}
+
+
+def _names_of(table: Table, tool: Tool) -> set[tuple[str, str]]:
+    """(experiment, marker) of every row."""
+    found = []
+    for key, default in (("experiment", ""), ("marker", tool.marker_names[0])):
+        words = table.words.get(key)
+        column = [default] * table.rows if words is None else [words.names[c] for c in words.codes]
+        found.append(column)
+    return set(zip(*found, strict=True))
+
+
+def _points(robot: Robot, tool: Tool, cases: LoadCases, readings: Readings) -> Array:
+    """(R, 3) where each marker was, unloaded [m]."""
+    points = np.empty((len(readings.case), 3))
+    for start in range(0, len(cases), _CHUNK):
+        rows = np.flatnonzero((readings.case >= start) & (readings.case < start + _CHUNK))
+        posture = Posture(robot, cases.q[start : start + _CHUNK])
+        for k in np.unique(readings.marker[rows]):
+            mine = rows[readings.marker[rows] == k]
+            points[mine] = posture.point(tool.markers[k])[:, readings.case[mine] - start].T
+    return points
+
+
+def write_measurements(measurements: Measurements, robot: Robot, path: str | Path) -> None:
+    """Write the canonical file: one row for each reading, deflections, degrees and millimetres.
+
+    Uncertainties are written if the readings have their own; otherwise those of the instrument
+    hold, which the study knows.
+
+    Args:
+        measurements: What to write.
+        robot: Whose joints they are.
+        path: Name of the file.
+    """
+    m = measurements
+    units = ["mm" if joint.prismatic else "deg" for joint in robot.joints]
+    header = ["experiment", "marker"]
+    header += [f"{j.name} [{unit}]" for j, unit in zip(robot.joints, units, strict=True)]
+    header += [f"{name} [N]" for name in FORCES]
+    columns = [robot.shown_scale * m.cases.q, m.cases.wrench[:, :3]]
+    if m.cases.wrench[:, 3:].any():
+        header += [f"{name} [N.m]" for name in TORQUES]
+        columns.append(m.cases.wrench[:, 3:])
+    names, noise = _noise_columns(m)
+    header += [f"{name} [mm]" for name in DEFLECTIONS] + names
+    cases = [",".join(f"{v + 0.0:.12g}" for v in row) for row in np.hstack(columns).tolist()]
+    values = np.hstack([1e3 * m.deflection, noise]).tolist()
+    out = io.StringIO()
+    out.write("# elastocal measurements, version 1\n")
+    csv.writer(out, lineterminator="\n").writerow(header)
+    experiment = [_quoted(name) for name in m.names]
+    marker = [_quoted(name) for name in m.tool.marker_names]
+    for i, k, row in zip(m.case.tolist(), m.marker.tolist(), values, strict=True):
+        numbers = ",".join(f"{v + 0.0:.10g}" for v in row)
+        out.write(f"{experiment[i]},{marker[k]},{cases[i]},{numbers}\n")
+    write_text(Path(path), out.getvalue())
+
+
+def _noise_columns(m: Measurements) -> tuple[list[str], Array]:
+    """Headers and (R, k) values of the uncertainties: one per reading, three, or all six."""
+    if not (m.own_uncertainty and len(m)):
+        return [], np.zeros((len(m), 0))
+    six = six_of(m.covariance)
+    u = 1e3 * np.sqrt(six[:, :3])
+    if six[:, 3:].any():
+        header = ["ux [mm]", "uy [mm]", "uz [mm]", *(f"{name} [mm2]" for name in COVARIANCES)]
+        return header, np.hstack([u, 1e6 * six[:, 3:]])
+    if np.ptp(u, axis=1).any():
+        return ["ux [mm]", "uy [mm]", "uz [mm]"], u
+    return ["u [mm]"], u[:, :1]
+
+
+def _quoted(name: str) -> str:
+    out = io.StringIO()
+    csv.writer(out, lineterminator="").writerow([name])
+    return out.getvalue()

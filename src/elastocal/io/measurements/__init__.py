@@ -1,0 +1,1 @@
+"""Measurement files, step by step: text, layout, columns, cells, readings, remarks."""

@@ -1,0 +1,112 @@
+"""From the bytes of a measurement file to its text: encodings of the field, nothing else."""
+
+from __future__ import annotations
+
+import codecs
+import hashlib
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from elastocal.errors import MeasurementFileError
+
+LARGEST = 1024 * 1024 * 1024
+"""Bytes; a file of a million readings has about a tenth of it."""
+
+_MARKS = (
+    (codecs.BOM_UTF8, "utf-8-sig"),
+    (codecs.BOM_UTF32_LE, "utf-32"),  # before UTF-16: its mark begins with that of UTF-16
+    (codecs.BOM_UTF16_LE, "utf-16"),
+    (codecs.BOM_UTF16_BE, "utf-16"),
+)
+_CONTROL = re.compile("[\x00-\x08\x0e-\x1f\x7f]")
+_USUAL = set("µμ°·²³−–\xa0")
+"""Characters beyond ASCII that units and numbers use; others make the encoding a question."""
+
+
+@dataclass(frozen=True)
+class FileText:
+    """The text of a file.
+
+    Attributes:
+        path: Where it is.
+        text: Its text, lines ended by a newline.
+        sha256: Hash of its bytes.
+        remark: What is odd about its encoding, empty if nothing is.
+    """
+
+    path: Path
+    text: str
+    sha256: str
+    remark: str = ""
+
+
+def decoded(path: Path, encoding: str | None = None) -> FileText:
+    """The text of a file in UTF-8, UTF-16 with a byte order mark, or Windows-1252.
+
+    Args:
+        path: The file.
+        encoding: Encoding to use; None to find out.
+
+    Raises:
+        MeasurementFileError: missing, a folder, too large, empty, or not text.
+    """
+    data = _bytes(path)
+    if not data.strip():
+        raise MeasurementFileError(f"{path}: the file is empty")
+    if data.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):
+        raise MeasurementFileError(
+            f"{path}: this is an Excel workbook, not text; save the sheet as CSV"
+        )
+    text, used = _text(data, path, encoding)
+    found = _CONTROL.search(text)
+    if found:
+        line = text.count("\n", 0, found.start()) + 1
+        raise MeasurementFileError(
+            f"{path}, line {line}: character 0x{ord(found[0]):02x} does not occur in text; "
+            "expected a table as CSV in UTF-8, UTF-16 with byte order mark or Windows-1252"
+        )
+    if "\r" in text:
+        text = text.replace("\r\n", "\n").replace("\r", "\n")
+    remark = ""
+    if used == "cp1252" and encoding is None:
+        odd = sorted({c for c in text if ord(c) > 127} - _USUAL)
+        if odd:
+            remark = (
+                f"{path.name} is not UTF-8 and was read as Windows-1252; check names with "
+                f"{' '.join(odd[:5])}"
+            )
+    return FileText(path, text, hashlib.sha256(data).hexdigest(), remark)
+
+
+def _bytes(path: Path) -> bytes:
+    try:
+        if path.is_file() and path.stat().st_size > LARGEST:
+            raise MeasurementFileError(
+                f"{path}: {path.stat().st_size} bytes, more than the {LARGEST} that are read"
+            )
+        if path.exists() and not (path.is_file() or path.is_dir()):
+            raise MeasurementFileError(f"{path}: is not an ordinary file")
+        return path.read_bytes()
+    except FileNotFoundError:
+        raise MeasurementFileError(f"{path}: no such file") from None
+    except ValueError as error:  # a path with a null character
+        if isinstance(error, MeasurementFileError):
+            raise
+        raise MeasurementFileError(f"{path!s}: not a file name") from None
+    except OSError as error:
+        raise MeasurementFileError(f"{path}: cannot be read ({error.strerror})") from error
+
+
+def _text(data: bytes, path: Path, encoding: str | None) -> tuple[str, str]:
+    marked = next((name for mark, name in _MARKS if data.startswith(mark)), None)
+    for name in [encoding or marked] if encoding or marked else ["utf-8", "cp1252"]:
+        assert name is not None
+        try:
+            return data.decode(name), name
+        except LookupError:
+            raise MeasurementFileError(f"{path}: no encoding {name!r} is known") from None
+        except UnicodeError as error:
+            at = getattr(error, "start", 0)
+            problem = f"{path}, line {data[:at].count(10) + 1}: not readable as {name}"
+    raise MeasurementFileError(f"{problem}; save the file as CSV with UTF-8 encoding")

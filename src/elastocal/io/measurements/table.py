@@ -1,0 +1,126 @@
+"""One table from one file or several: rows with the place they came from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from elastocal.arrays import Array, BoolArray, IntArray
+from elastocal.errors import MeasurementFileError
+from elastocal.io.measurements.cells import Cells, Words
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a row stands.
+
+    Attributes:
+        paths: The files.
+        file: (R,) file of every row.
+        lines: (R,) line of every row.
+        headers: Header of every column that came from here, by key.
+    """
+
+    paths: tuple[Path, ...]
+    file: IntArray
+    lines: IntArray
+    headers: dict[str, str]
+
+
+@dataclass(frozen=True)
+class Table:
+    """R rows with their columns.
+
+    Attributes:
+        numbers: (R,) numbers in SI units, by key.
+        words: Words, by key.
+        sources: Where the rows stand; several for files side by side.
+        rows: Number of rows R.
+    """
+
+    numbers: dict[str, Array]
+    words: dict[str, Words]
+    sources: tuple[Source, ...]
+    rows: int
+
+    def where(self, row: int, key: str = "") -> str:
+        """'m.csv, line 4, column "u [mm]"'; without the column if there is none for `key`."""
+        source = next((s for s in self.sources if key in s.headers), self.sources[0])
+        place = f"{source.paths[source.file[row]]}, line {source.lines[row]}"
+        return f"{place}, column {source.headers[key]!r}" if key in source.headers else place
+
+    def has(self, *keys: str) -> bool:
+        """Whether all these columns are there."""
+        return all(key in self.numbers or key in self.words for key in keys)
+
+    def vectors(self, keys: Sequence[str]) -> Array:
+        """(R, len(keys)) columns side by side; zeros for those that are not there."""
+        zero = np.zeros(self.rows)
+        return np.column_stack([self.numbers.get(key, zero) for key in keys])
+
+
+def kept(table: Table, keep: BoolArray) -> Table:
+    """The rows where `keep`, (R,), is true."""
+    return Table(
+        {key: values[keep] for key, values in table.numbers.items()},
+        {key: Words(word.codes[keep], word.names) for key, word in table.words.items()},
+        tuple(Source(s.paths, s.file[keep], s.lines[keep], s.headers) for s in table.sources),
+        int(keep.sum()),
+    )
+
+
+def combined(files: Sequence[Cells]) -> Table:
+    """One table: files with the same columns one below the other, others row by row.
+
+    Raises:
+        MeasurementFileError: some columns are in two files and some are not; row counts differ.
+    """
+    keys = [set(file.headers) for file in files]
+    if all(some == keys[0] for some in keys):
+        return _stacked(files)
+    for i, file in enumerate(files):
+        for other, theirs in zip(files[:i], keys[:i], strict=True):
+            shared = sorted(theirs & keys[i])
+            if shared:
+                raise MeasurementFileError(
+                    f"{file.path}: column {file.headers[shared[0]]!r} is in {other.path} too; "
+                    "expected files with the same columns, or each with columns of its own"
+                )
+            if len(file.lines) != len(other.lines):
+                raise MeasurementFileError(
+                    f"{file.path}: {len(file.lines)} rows, but {len(other.lines)} in "
+                    f"{other.path}; files matched row by row need the same number"
+                )
+    return Table(
+        {key: values for file in files for key, values in file.numbers.items()},
+        {key: words for file in files for key, words in file.words.items()},
+        tuple(_source([file]) for file in files),
+        len(files[0].lines),
+    )
+
+
+def _stacked(files: Sequence[Cells]) -> Table:
+    numbers = {key: np.concatenate([f.numbers[key] for f in files]) for key in files[0].numbers}
+    words = {}
+    for key in files[0].words:
+        known: dict[str, int] = {}
+        codes = []
+        for file in files:
+            word = file.words[key]
+            new = [known.setdefault(name, len(known)) for name in word.names]
+            codes.append(np.array(new, dtype=np.int64)[word.codes])
+        words[key] = Words(np.concatenate(codes), tuple(known))
+    source = _source(files)
+    return Table(numbers, words, (source,), len(source.lines))
+
+
+def _source(files: Sequence[Cells]) -> Source:
+    return Source(
+        tuple(file.path for file in files),
+        np.repeat(np.arange(len(files)), [len(file.lines) for file in files]),
+        np.concatenate([file.lines for file in files]),
+        files[0].headers,
+    )
