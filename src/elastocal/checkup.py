@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.constraints import margins_at
-from elastocal.errors import ElastocalError
+from elastocal.errors import ElastocalError, InputError
 from elastocal.identifiability import check_count, check_identifiable
+from elastocal.known_pose import PoseCheck, check_known_poses
 from elastocal.posture import Posture
 from elastocal.study import Study
 
@@ -27,6 +28,7 @@ class Checkup:
         bottleneck: Constraint that refuses most of them, empty if there is none.
         problem: Why the campaign cannot work, None if it can.
         remarks: Sentences on what looks odd.
+        poses: How well the model fits poses read off at the robot, None if there are none.
     """
 
     reach: float
@@ -34,6 +36,7 @@ class Checkup:
     bottleneck: str
     problem: ElastocalError | None
     remarks: tuple[str, ...]
+    poses: PoseCheck | None = None
 
 
 def check(study: Study, *, seed: int = 0) -> Checkup:
@@ -54,7 +57,26 @@ def check(study: Study, *, seed: int = 0) -> Checkup:
         check_count(space, study.prior, experiments.count, distinct, rng)
     except ElastocalError as error:
         problem = error
-    return Checkup(reach, share, bottleneck, problem, _remarks(study, reach))
+    poses = None
+    if study.known_poses:
+        poses = check_known_poses(study.robot, study.coupling, study.known_poses)
+        problem = problem if poses.fits else _misfit(poses)
+    remarks = (*study.robot.remarks, *_remarks(study, reach))
+    return Checkup(reach, share, bottleneck, problem, remarks, poses)
+
+
+def _misfit(poses: PoseCheck) -> InputError:
+    """Why the model is not that of the controller."""
+    found = f"the check poses are up to {1e3 * poses.largest:.1f} mm from where the model has them"
+    if not poses.explanations:
+        return InputError(
+            f"{found}, and no single mistake of sign, zero, coupling or unit explains it; compare "
+            "lengths, base and flange of the model with the robot"
+        )
+    return InputError(
+        f"{found}; it would fit to {1e3 * poses.left_over:.1f} mm if "
+        f"{', or if '.join(poses.explanations)}"
+    )
 
 
 def _remarks(study: Study, reach: float) -> tuple[str, ...]:

@@ -11,10 +11,12 @@ import numpy as np
 
 from elastocal.arrays import Array, frozen, unset
 from elastocal.constraints import Constraint, JointLimit
+from elastocal.coupling import Coupling, uncoupled
 from elastocal.elastic_arm import ElasticArm
 from elastocal.elastostatics import VirtualJoints, joint_springs, regressor
 from elastocal.errors import InputError
 from elastocal.instrument import Instrument
+from elastocal.known_pose import KnownPose
 from elastocal.load_case import LoadCases
 from elastocal.load_case_space import LoadCaseSpace
 from elastocal.loads import FixedVector, Load
@@ -108,6 +110,8 @@ class Study:
         criterion: Name of the criterion to plan for; see `criteria.CRITERIA`.
         prior: (p, p) information there is already [(N·m/rad)²]; none if not given.
         gravity: (3,) acceleration that the masses of the links feel [m/s²]; zero: left out.
+        controller: What the controller shows for the joint values of the model; the same if None.
+        known_poses: Poses read off at the robot, to check the model with.
         name: What the user calls it.
         text: The study file as written, empty if there is none.
     """
@@ -122,6 +126,8 @@ class Study:
     criterion: str = "test-pose"
     prior: Array = field(default_factory=unset)
     gravity: Array = field(default_factory=lambda: np.zeros(3))
+    controller: Coupling | None = None
+    known_poses: tuple[KnownPose, ...] = ()
     name: str = "study"
     text: str = ""
 
@@ -142,6 +148,11 @@ class Study:
     def arm(self) -> ElasticArm:
         """The robot with the springs to identify and the calibration tool."""
         return ElasticArm(self.robot, self.springs, self.experiments.tool, self.gravity)
+
+    @property
+    def coupling(self) -> Coupling:
+        """What the controller shows for the joint values of the model."""
+        return self.controller or uncoupled(self.robot)
 
     @property
     def space(self) -> LoadCaseSpace:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from elastocal.cli.common import Json, StudyPath, app, guarded, print_json, template_path
 from elastocal.errors import InputError
+
+if TYPE_CHECKING:
+    from elastocal.checkup import Checkup
+    from elastocal.study import Study
 
 
 @app.command()
@@ -41,6 +45,7 @@ def check(study: StudyPath, as_json: Json = False) -> None:
                 "feasible_share": found.feasible_share,
                 "bottleneck": found.bottleneck,
                 "remarks": list(found.remarks),
+                "check_poses": pose_deviations(what, found),
                 "problem": None if found.problem is None else str(found.problem),
             }
         )
@@ -50,3 +55,13 @@ def check(study: StudyPath, as_json: Json = False) -> None:
         show_check(what, found)
     if found.problem is not None:
         raise found.problem
+
+
+def pose_deviations(study: Study, found: Checkup) -> dict[str, float]:
+    """How far the model is off in each check pose [mm], by its name."""
+    import numpy as np
+
+    if found.poses is None:
+        return {}
+    sizes = 1e3 * np.linalg.norm(found.poses.deviations, axis=1)
+    return {p.name: float(size) for p, size in zip(study.known_poses, sizes, strict=True)}

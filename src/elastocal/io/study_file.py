@@ -18,22 +18,21 @@ from elastocal.io.files import read_text
 from elastocal.io.instrument_section import instrument_of
 from elastocal.io.joint_values import configuration
 from elastocal.io.plan_file import read_proposal
+from elastocal.io.robot_section import coupling_of, find_tool, known_pose_of, robot_of, tool_of
 from elastocal.io.schema import (
     ConeFile,
-    DHRobotFile,
     ExperimentsFile,
     PriorFile,
     StudyFile,
     TestPoseFile,
-    ToolFile,
     validate,
 )
 from elastocal.io.spring_section import extra_springs
 from elastocal.io.yaml_lines import Located, LocatedError, Path_, parse
+from elastocal.known_pose import refuse_too_few
 from elastocal.load_case import LoadCases
 from elastocal.loads import FixedVector, FreeDirection, Load
 from elastocal.robot import Robot, Tool
-from elastocal.robots import DHRow, from_dh, load
 from elastocal.study import Experiments, Study, TestPose, springs_of, test_pose
 
 _LARGEST = 1_000_000  # bytes; a study file is a page of text
@@ -62,12 +61,12 @@ class _Reader:
 
     def study(self) -> Study:
         file = self.file
-        robot = self._at(("robot",), lambda: _robot(file.robot))
+        robot = self._at(("robot",), lambda: robot_of(file.robot, self.document.file))
         extra = self._at((), lambda: _extra_springs(robot, file))
         springs = self._at(("identify",), lambda: _springs(robot, file.identify, extra))
         tools = dict(robot.tools)
         for name, tool in file.tools.items():
-            tools[name] = self._at(("tools", name), lambda n=name, t=tool: _tool(n, t))
+            tools[name] = self._at(("tools", name), lambda n=name, t=tool: tool_of(n, t))
         if not file.test_poses:
             raise self._error(("test_poses",), "test_poses is empty; give at least one test pose")
         poses = tuple(
@@ -87,6 +86,13 @@ class _Reader:
                 f"criterion {file.criterion!r} is not known; expected one of {', '.join(CRITERIA)}",
             )
         self._check_involved(springs, poses)
+        controller = self._at(("controller",), lambda: coupling_of(robot, file.controller))
+        known = tuple(
+            self._at(("check_poses", i), lambda i=i, p=p: known_pose_of(robot, tools, p, i))
+            for i, p in enumerate(file.check_poses)
+        )
+        if known:
+            self._at(("check_poses",), lambda: refuse_too_few(known))
         instrument = self._at(("instrument",), lambda: instrument_of(file.instrument))
         constraints = self._at(
             ("constraints",), lambda: constraints_of(file.constraints, experiments.tool)
@@ -102,6 +108,8 @@ class _Reader:
                 gravity=np.array(file.gravity_m_s2 or [0.0, 0.0, 0.0]),
                 constraints=constraints,
                 limits=limits,
+                controller=controller,
+                known_poses=known,
                 criterion=file.criterion,
                 name=file.name or self.document.file.stem,
                 text=self.text,
@@ -154,37 +162,6 @@ class _Reader:
         return StudyError(f"{self.document.where(path)}: {message}")
 
 
-def _robot(entry: str | DHRobotFile) -> Robot:
-    if isinstance(entry, str):
-        return load(entry)
-    rows = []
-    if not entry.dh:
-        raise LocatedError(("dh",), "the DH table has no rows")
-    for i, row in enumerate(entry.dh):
-        prismatic = row.type == "prismatic"
-        wrong = row.limits_deg if prismatic else row.limits_mm
-        if wrong is not None:
-            need = "limits_mm" if prismatic else "limits_deg"
-            raise LocatedError(("dh", i), f"joint {row.joint!r} is {row.type}: use {need}")
-        limits = row.limits_mm if prismatic else row.limits_deg
-        scale = 1e-3 if prismatic else np.pi / 180.0
-        low, high = (-np.inf, np.inf) if limits is None else (scale * v for v in limits)
-        rows.append(
-            DHRow(
-                row.joint,
-                np.radians(row.theta_deg),
-                row.d_mm / 1e3,
-                row.a_mm / 1e3,
-                np.radians(row.alpha_deg),
-                prismatic,
-                float(row.sign),
-                low,
-                high,
-            )
-        )
-    return from_dh(entry.name, rows, modified=entry.convention == "modified")
-
-
 def _extra_springs(robot: Robot, file: StudyFile) -> dict[str, VirtualJoints]:
     """Springs of links and base, by name."""
     return extra_springs({n: s.model_dump() for n, s in (file.springs or {}).items()}, robot)
@@ -203,30 +180,6 @@ def _springs(
     if found is None:
         raise InputError("identify lists no springs; name at least one")
     return found
-
-
-def _tool(name: str, entry: ToolFile) -> Tool:
-    load_point = entry.load_point_mm or entry.tcp_mm
-    if load_point is None:
-        raise InputError(f"tool {name!r} has neither tcp_mm nor load_point_mm; give one of them")
-    if entry.markers_mm is not None and not entry.markers_mm:
-        raise LocatedError(("markers_mm",), f"tool {name!r}: markers_mm is empty")
-    default = "TCP" if entry.tcp_mm is not None else "load point"
-    markers = entry.markers_mm or {default: entry.tcp_mm or load_point}
-    return Tool(
-        name,
-        np.array(load_point) / 1e3,
-        np.array(list(markers.values())) / 1e3,
-        tuple(markers),
-        np.array(entry.tcp_mm or load_point) / 1e3,
-    )
-
-
-def _find_tool(tools: dict[str, Tool], name: str) -> Tool:
-    if name not in tools:
-        known = ", ".join(tools) or "none"
-        raise LocatedError(("tool",), f"tool {name!r} is not defined; defined are: {known}")
-    return tools[name]
 
 
 def _test_pose(
@@ -257,7 +210,7 @@ def _test_pose(
     if not wrench.any():
         raise InputError(f"{name}: force and torque are zero, so nothing deflects there")
     q = configuration(robot, entry.q_deg, entry.q_mm)
-    tool = _find_tool(tools, entry.tool)
+    tool = find_tool(tools, entry.tool)
     return test_pose(robot, springs, tool, LoadCases(q[None], wrench[None]), entry.weight, name)
 
 
@@ -285,7 +238,7 @@ def _experiments(entry: ExperimentsFile, tools: dict[str, Tool]) -> Experiments:
             f"is more than the {entry.count} experiments",
         )
     return Experiments(
-        _find_tool(tools, entry.tool),
+        find_tool(tools, entry.tool),
         force or none,
         entry.count,
         entry.max_configurations,

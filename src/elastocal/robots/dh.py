@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.robot import Joint, Robot
+from elastocal.robot import Joint, Robot, T_body_joint
+from elastocal.shapes import BodyMass
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,8 @@ class DHRow:
         sign: +1, or -1 if a positive joint value turns the other way.
         lower: Lower limit of the joint value [rad or m].
         upper: Upper limit.
+        mass: Mass that moves with this joint [kg], 0 if not known.
+        center: Its centre in the frame after the row [m].
     """
 
     name: str
@@ -36,6 +39,8 @@ class DHRow:
     sign: float = 1.0
     lower: float = -np.inf
     upper: float = np.inf
+    mass: float = 0.0
+    center: tuple[float, ...] = (0.0, 0.0, 0.0)
 
 
 def from_dh(name: str, rows: Sequence[DHRow], *, modified: bool) -> Robot:
@@ -49,7 +54,7 @@ def from_dh(name: str, rows: Sequence[DHRow], *, modified: bool) -> Robot:
 
     Source: Craig, Introduction to Robotics, ch. 3; Denavit & Hartenberg (1955).
     """
-    joints = []
+    joints, T_joint_row = [], []
     before = np.eye(4)
     for row in rows:
         about_x = _screw(0, row.alpha, row.a)
@@ -66,7 +71,14 @@ def from_dh(name: str, rows: Sequence[DHRow], *, modified: bool) -> Robot:
             )
         )
         before = np.eye(4) if modified else about_x
-    return Robot(name, tuple(joints), before)
+        T_joint_row.append(before)
+    robot = Robot(name, tuple(joints), before)
+    masses = [
+        BodyMass(i, row.mass, (T_body_joint(robot, i) @ T @ [*row.center, 1.0])[:3], row.name)
+        for i, (row, T) in enumerate(zip(rows, T_joint_row, strict=True), start=1)
+        if row.mass
+    ]
+    return replace(robot, masses=tuple(masses))
 
 
 def _screw(axis: int, angle: float, shift: float) -> Array:

@@ -24,7 +24,7 @@ def show_check(study: Study, found: Checkup) -> None:
     )
     table = Table(title="Joints", title_justify="left", box=box.SIMPLE_HEAD)
     for column in ("joint", "moves", "planned between", "compliance"):
-        table.add_column(column)
+        table.add_column(Text(column))
     for j, joint in enumerate(robot.joints):
         scale, unit = joint.shown
         room = f"{scale * study.limits[0, j]:.6g} … {scale * study.limits[1, j]:.6g} {unit}"
@@ -54,10 +54,34 @@ def show_check(study: Study, found: Checkup) -> None:
         f"{100 * found.feasible_share:.3g} % of random configurations are feasible"
         + (f", most are refused by: {escape(found.bottleneck)}" if found.bottleneck else "")
     )
+    _show_known_poses(study, found)
     for remark in found.remarks:
         out.print(Text(f"Note: {remark}.", style="yellow"))
     if found.problem is None:
         out.print(f"[green]Identifiable:[/green] {escape(', '.join(study.springs.names))}")
+
+
+def _show_known_poses(study: Study, found: Checkup) -> None:
+    """What the poses read off at the robot say of the model."""
+    if found.poses is None:
+        return
+    table = Table(title="Check poses", title_justify="left", box=box.SIMPLE_HEAD)
+    for column in ("pose", "model minus robot [mm]", "distance [mm]"):
+        table.add_column(Text(column))
+    for pose, off in zip(study.known_poses, 1e3 * found.poses.deviations, strict=True):
+        each = "  ".join(f"{v:+.2f}" for v in off)
+        table.add_row(Text(pose.name), each, f"{np.linalg.norm(off):.2f}")
+    out.print(table)
+    if found.poses.fits:
+        out.print("[green]The model fits the robot in the check poses[/green]")
+    if found.poses.untold:
+        out.print(
+            Text(
+                f"Note: the check poses do not tell the sign of {', '.join(found.poses.untold)}; "
+                "a pose in which these joints move the position would.",
+                style="yellow",
+            )
+        )
 
 
 def _load(load: Load, unit: str) -> str:

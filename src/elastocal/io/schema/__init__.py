@@ -19,20 +19,32 @@ from elastocal.io.schema.experiments import (
     TestPoseFile,
     TrackerFile,
 )
-from elastocal.io.schema.robot import DHRobotFile, DHRowFile, SpringFile, ToolFile
+from elastocal.io.schema.robot import (
+    CheckPoseFile,
+    ControllerFile,
+    DHRobotFile,
+    DHRowFile,
+    RobotFile,
+    SpringFile,
+    ToolFile,
+    UrdfRobotFile,
+)
 from elastocal.io.schema.study import StudyFile, validate
 from elastocal.io.schema.values import Section
 
 __all__ = [
     "BoxFile",
+    "CheckPoseFile",
     "ConeFile",
     "ConstraintsFile",
+    "ControllerFile",
     "DHRobotFile",
     "DHRowFile",
     "ElevationFile",
     "ExperimentsFile",
     "InstrumentFile",
     "PriorFile",
+    "RobotFile",
     "Section",
     "SpringFile",
     "StudyFile",
@@ -40,6 +52,7 @@ __all__ = [
     "TiltFile",
     "ToolFile",
     "TrackerFile",
+    "UrdfRobotFile",
     "WorkspaceFile",
     "validate",
 ]

@@ -1,12 +1,12 @@
-"""Robot and tools."""
+"""Robot, tools and controller."""
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Discriminator, Field, Tag
 
-from elastocal.io.schema.values import Name, Number, Range, Section, Vector
+from elastocal.io.schema.values import Name, Number, Positive, Range, Section, Vector
 
 
 class DHRowFile(Section):
@@ -21,6 +21,8 @@ class DHRowFile(Section):
     sign: Literal[1, -1] = 1
     limits_deg: Range | None = None
     limits_mm: Range | None = None
+    mass_kg: Positive | None = None
+    center_mm: Vector | None = None
 
 
 class DHRobotFile(Section):
@@ -29,6 +31,32 @@ class DHRobotFile(Section):
     name: Name = "robot"
     convention: Literal["modified", "classic"]
     dh: list[DHRowFile]
+
+
+class UrdfRobotFile(Section):
+    """A robot given by a URDF or xacro file."""
+
+    urdf: Name
+    base: Name | None = None
+    tip: Name | None = None
+    packages: dict[Name, Name] = Field(default_factory=dict)
+    limits_deg: dict[Name, Range] = Field(default_factory=dict)
+    limits_mm: dict[Name, Range] = Field(default_factory=dict)
+
+
+def _form(value: Any) -> str:
+    """Which form a robot has: told by its keys, so that errors speak of one form only."""
+    if not isinstance(value, dict):
+        return "by name"
+    return "by file" if "urdf" in value else "by table"
+
+
+RobotFile = Annotated[
+    Annotated[Name, Tag("by name")]
+    | Annotated[DHRobotFile, Tag("by table")]
+    | Annotated[UrdfRobotFile, Tag("by file")],
+    Discriminator(_form),
+]
 
 
 class ToolFile(Section):
@@ -46,3 +74,24 @@ class SpringFile(Section):
     type: Literal["revolute", "prismatic"] = "revolute"
     axis: Vector
     origin_mm: Vector = Field(default_factory=lambda: [0.0, 0.0, 0.0])
+
+
+class ControllerFile(Section):
+    """How the joint values of the controller follow from those of the model."""
+
+    preset: Name | None = None
+    signs: dict[Name, Literal[1, -1]] = Field(default_factory=dict)
+    offsets_deg: dict[Name, Number] = Field(default_factory=dict)
+    offsets_mm: dict[Name, Number] = Field(default_factory=dict)
+    couple: dict[Name, dict[Name, Number]] = Field(default_factory=dict)
+
+
+class CheckPoseFile(Section):
+    """A pose read off at the robot, in joint values of the controller."""
+
+    name: Name | None = None
+    q_deg: dict[Name, Number] | list[Number] | None = None
+    q_mm: dict[Name, Number] | None = None
+    flange_mm: Vector | None = None
+    tcp_mm: Vector | None = None
+    tool: Name | None = None

@@ -24,7 +24,16 @@ from elastocal.io.schema.experiments import (
     TestPoseFile,
     TrackerFile,
 )
-from elastocal.io.schema.robot import DHRobotFile, DHRowFile, SpringFile, ToolFile
+from elastocal.io.schema.robot import (
+    CheckPoseFile,
+    ControllerFile,
+    DHRobotFile,
+    DHRowFile,
+    RobotFile,
+    SpringFile,
+    ToolFile,
+    UrdfRobotFile,
+)
 from elastocal.io.schema.values import Name, Section, Vector
 from elastocal.io.yaml_lines import Located, Path_
 
@@ -34,7 +43,7 @@ class StudyFile(Section):
 
     elastocal: Literal[1]
     name: Name | None = None
-    robot: Name | DHRobotFile
+    robot: RobotFile
     identify: list[Name] | None = None
     springs: dict[Name, SpringFile] | None = None
     tools: dict[Name, ToolFile] = Field(default_factory=dict)
@@ -45,6 +54,8 @@ class StudyFile(Section):
     criterion: Name = "test-pose"
     prior: PriorFile | None = None
     gravity_m_s2: Vector | None = None
+    controller: ControllerFile = Field(default_factory=ControllerFile)
+    check_poses: list[CheckPoseFile] = Field(default_factory=list)
 
 
 def validate(document: Located) -> StudyFile:
@@ -152,6 +163,8 @@ _MODELS: dict[str, type[Section]] = {
     "elevation": ElevationFile,
     "tilt": TiltFile,
     "prior": PriorFile,
+    "controller": ControllerFile,
+    "check_poses": CheckPoseFile,
     "dh": DHRowFile,
     "box_mm": BoxFile,
     "direction": ConeFile,
@@ -162,7 +175,10 @@ _MODELS: dict[str, type[Section]] = {
 def _suggestion(root: Any, path: Path_) -> str:
     """What the unknown key at the end of `path` was probably meant to be."""
     words = [part for part in path[:-1] if isinstance(part, str) and part in _MODELS]
-    allowed = list(_MODELS[words[-1] if words else ""].model_fields)
+    model = _MODELS[words[-1] if words else ""]
+    if model is DHRobotFile and "urdf" in root["robot"]:
+        model = UrdfRobotFile
+    allowed = list(model.model_fields)
     key = str(path[-1])
     stem = re.sub(r"_(m|mm|cm|um|inch|in|rad|deg|N|kN|kg|Nm|lbf)$", "", key)
     with_unit = [name for name in allowed if re.sub(r"_(mm|deg|N|Nm|Nm2)$", "", name) == stem]
