@@ -75,6 +75,14 @@ def study_at(path: Path) -> Study:
     return read_study(path)
 
 
+def study_of_plan(plan: Path, study: Path | None) -> Study:
+    """The study of a plan: the one in a file, or else the one embedded in the plan."""
+    from elastocal.io.plan_file import study_text
+    from elastocal.io.study_file import parse_study
+
+    return parse_study(study_text(plan), plan) if study is None else study_at(study)
+
+
 def template_path() -> Path:
     """Where the commented study that comes with the package is."""
     return Path(__file__).parents[1] / "io" / "study_template.yaml"

@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from elastocal.cli.common import Seed, app, guarded, progress, study_at, template_path, writable
+from elastocal.cli.common import (
+    Seed,
+    app,
+    guarded,
+    progress,
+    study_at,
+    study_of_plan,
+    template_path,
+    writable,
+)
 from elastocal.cli.plan import bound, planned
 from elastocal.errors import InputError
 
@@ -33,14 +42,12 @@ def report(
     """Show a plan as a page that works offline."""
     from elastocal.assessment import assess
     from elastocal.evaluation import evaluate as judge
-    from elastocal.io.plan_file import read_proposal, study_text
-    from elastocal.io.study_file import parse_study
+    from elastocal.io.plan_file import read_proposal
     from elastocal.planning import Plan
     from elastocal.study import with_count
 
     writable(out, plan_file, *(vs or []))
-    text = study_text(plan_file) if study is None else None
-    what = study_at(study) if study is not None else parse_study(text or "", plan_file)
+    what = study_of_plan(plan_file, study)
     proposal = read_proposal(plan_file, what)
     m = int(proposal.repeats.sum())
     if proposal.criterion:

@@ -7,16 +7,18 @@ from elastocal.io.exports import fanuc, joint_table, krl, rapid, ros, urscript
 from elastocal.io.exports.settings import Settings, Writer
 from elastocal.robot_program import RobotProgram
 
-__all__ = ["WRITERS", "Settings", "Writer", "export"]
+__all__ = ["ENDINGS", "WRITERS", "Settings", "Writer", "export"]
 
-WRITERS: dict[str, Writer] = {
-    "krl": krl.write,
-    "rapid": rapid.write,
-    "fanuc": fanuc.write,
-    "urscript": urscript.write,
-    "ros": ros.write,
-    "csv": joint_table.write,
+_CONTROLLERS: dict[str, tuple[Writer, str]] = {  # name: (writer, ending of the file to start)
+    "krl": (krl.write, ".src"),
+    "rapid": (rapid.write, ".mod"),
+    "fanuc": (fanuc.write, ".ls"),
+    "urscript": (urscript.write, ".script"),
+    "ros": (ros.write, ".yaml"),
+    "csv": (joint_table.write, ".csv"),
 }
+WRITERS = {name: writer for name, (writer, _) in _CONTROLLERS.items()}
+ENDINGS = {name: ending for name, (_, ending) in _CONTROLLERS.items()}
 
 
 def export(

@@ -1,0 +1,155 @@
+"""`export`: the plan as a program for the robot's controller."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from elastocal.cli.common import Json, app, guarded, print_json, study_of_plan, writable
+from elastocal.errors import InputError
+
+if TYPE_CHECKING:
+    from elastocal.arrays import Array
+    from elastocal.robot import Robot
+    from elastocal.robot_program import RobotProgram
+
+
+@app.command()
+@guarded
+def export(
+    plan_file: Annotated[Path, typer.Argument(metavar="PLAN", help="Plan (JSON or CSV).")],
+    to: Annotated[str, typer.Option(help="krl, rapid, fanuc, urscript, ros or csv.")],
+    out: Annotated[
+        Path, typer.Option("--out", "-o", help="Folder, or a file whose name is the program's.")
+    ] = Path("."),
+    study: Annotated[
+        Path | None, typer.Option(help="Study, if not the one embedded in the plan.")
+    ] = None,
+    home: Annotated[
+        str | None, typer.Option(help='Start and end: "A1=0deg A2=-90deg rail=500mm …".')
+    ] = None,
+    prebias_deg: Annotated[
+        float, typer.Option(help="Approach distance of turning joints, against backlash.")
+    ] = 0.5,
+    prebias_mm: Annotated[float, typer.Option(help="The same of sliding joints.")] = 1.0,
+    settle_s: Annotated[float, typer.Option(help="Wait before every measurement.")] = 2.0,
+    speed_percent: Annotated[float, typer.Option(help="Of the controller's full speed.")] = 10.0,
+    external: Annotated[
+        str | None, typer.Option(help="Joints that are external axes, separated by commas.")
+    ] = None,
+    trigger: Annotated[
+        str, typer.Option(help="Output that triggers the instrument: number or signal name.")
+    ] = "",
+    as_json: Json = False,
+) -> None:
+    """Write the plan as a robot program; refuse a plan that breaks a constraint."""
+    import numpy as np
+
+    from elastocal.campaign import campaign_program
+    from elastocal.io.exports import Settings
+    from elastocal.io.plan_file import read_proposal
+
+    what = study_of_plan(plan_file, study)
+    proposal = read_proposal(plan_file, what)
+    folder, name = _place(out, to)
+    program = campaign_program(
+        what,
+        proposal.load_cases,
+        proposal.repeats,
+        name=name or what.name,
+        home=None if home is None else home_values(home, what.robot),
+        prebias=float(np.radians(prebias_deg)),
+        prebias_sliding=prebias_mm / 1e3,
+        settle=settle_s,
+        speed=speed_percent / 100.0,
+        digest=_digest(plan_file),
+    )
+    outside = None if external is None else tuple(n.strip() for n in external.split(",") if n)
+    files = write_program(
+        program, to, Settings(external=outside, trigger=trigger), folder, name, plan_file, study
+    )
+    if as_json:
+        print_json({"program": program.name, "files": [str(path) for path in files]})
+        return
+    from elastocal.terminal.programs import show_program
+
+    show_program(program, to)
+    print("wrote " + " and ".join(str(path) for path in files))
+
+
+def write_program(
+    program: RobotProgram,
+    to: str,
+    settings: object,
+    folder: Path,
+    name: str,
+    *inputs: Path | None,
+) -> list[Path]:
+    """Write a program for a controller; refuse a file name that the controller does not take."""
+    from elastocal.io.exports import Settings
+    from elastocal.io.exports import export as texts
+    from elastocal.io.files import write_text
+
+    assert isinstance(settings, Settings)
+    files = {folder / file: text for file, text in texts(program, to, settings).items()}
+    made = next(iter(files)).stem
+    if name and made != name:
+        raise InputError(f"{folder / name}: not a program name for {to}, {made!r} would be one")
+    given = [path for path in inputs if path is not None]
+    for path in files:
+        writable(path, *given)
+    for path, text in files.items():
+        write_text(path, text)
+    return list(files)
+
+
+def _place(out: Path, to: str) -> tuple[Path, str]:
+    """Folder and program name; no name if `out` is a folder."""
+    from elastocal.io.exports import ENDINGS, WRITERS
+
+    if to not in WRITERS:
+        raise InputError(f"no export to {to!r}; there are {', '.join(WRITERS)}")
+    if out.is_dir():
+        return out, ""
+    if out.suffix.lower() != ENDINGS[to]:
+        raise InputError(f"{out}: expected a folder, or a name that ends in {ENDINGS[to]}")
+    return out.parent, out.stem
+
+
+def home_values(text: str, robot: Robot) -> Array:
+    """(n,) joint values of "A1=0deg A2=-90deg rail=500mm", every joint once [rad or m]."""
+    import numpy as np
+
+    from elastocal.arrays import frozen
+
+    values: dict[str, float] = {}
+    for part in text.replace(",", " ").split():
+        found = re.fullmatch(r"([^=]+)=([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)(deg|mm)", part)
+        if not found:
+            raise InputError(f"home: expected name=value with deg or mm, found {part!r}")
+        name, number, unit = found.groups()
+        joint = robot.joints[robot.index([name])[0]]
+        if (unit == "mm") != joint.prismatic:
+            wanted = "mm" if joint.prismatic else "deg"
+            raise InputError(f"home: joint {name!r} is given in {unit}, expected {wanted}")
+        if name in values:
+            raise InputError(f"home: joint {name!r} is given twice")
+        try:
+            value = float(number)
+        except ValueError:
+            raise InputError(f"home: expected a number, found {number!r}") from None
+        values[name] = value / 1e3 if joint.prismatic else float(np.radians(value))
+    missing = [name for name in robot.joint_names if name not in values]
+    if missing:
+        raise InputError(f"home: joint {missing[0]!r} is missing")
+    return frozen([values[name] for name in robot.joint_names])
+
+
+def _digest(path: Path) -> str:
+    """SHA-256 of a file."""
+    import hashlib
+
+    return hashlib.sha256(path.read_bytes()).hexdigest()
