@@ -13,6 +13,7 @@ from elastocal.errors import InputError
 
 if TYPE_CHECKING:
     from elastocal.arrays import Array
+    from elastocal.io.exports import Settings
     from elastocal.robot import Robot
     from elastocal.robot_program import RobotProgram
 
@@ -38,17 +39,22 @@ def export(
     settle_s: Annotated[float, typer.Option(help="Wait before every measurement.")] = 2.0,
     speed_percent: Annotated[float, typer.Option(help="Of the controller's full speed.")] = 10.0,
     external: Annotated[
-        str | None, typer.Option(help="Joints that are external axes, separated by commas.")
+        str | None, typer.Option(help='Joints that are external axes: "rail table".')
     ] = None,
     trigger: Annotated[
         str, typer.Option(help="Output that triggers the instrument: number or signal name.")
     ] = "",
+    preset: Annotated[
+        str | None,
+        typer.Option("--coupling", help="Controller whose joint values differ: fanuc."),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Write the plan as a robot program; refuse a plan that breaks a constraint."""
     import numpy as np
 
     from elastocal.campaign import campaign_program
+    from elastocal.coupling import coupling
     from elastocal.io.exports import Settings
     from elastocal.io.plan_file import read_proposal
 
@@ -67,33 +73,33 @@ def export(
         speed=speed_percent / 100.0,
         digest=_digest(plan_file),
     )
-    outside = None if external is None else tuple(n.strip() for n in external.split(",") if n)
-    files = write_program(
-        program, to, Settings(external=outside, trigger=trigger), folder, name, plan_file, study
+    settings = Settings(
+        coupling=None if preset is None else coupling(what.robot, preset=preset),
+        external=None if external is None else tuple(external.replace(",", " ").split()),
+        trigger=trigger,
     )
+    files = write_program(program, to, settings, folder, name, plan_file, study)
     if as_json:
         print_json({"program": program.name, "files": [str(path) for path in files]})
         return
     from elastocal.terminal.programs import show_program
 
-    show_program(program, to)
+    show_program(program, to, coupled=settings.coupling is not None)
     print("wrote " + " and ".join(str(path) for path in files))
 
 
 def write_program(
     program: RobotProgram,
     to: str,
-    settings: object,
+    settings: Settings,
     folder: Path,
     name: str,
     *inputs: Path | None,
 ) -> list[Path]:
     """Write a program for a controller; refuse a file name that the controller does not take."""
-    from elastocal.io.exports import Settings
     from elastocal.io.exports import export as texts
     from elastocal.io.files import write_text
 
-    assert isinstance(settings, Settings)
     files = {folder / file: text for file, text in texts(program, to, settings).items()}
     made = next(iter(files)).stem
     if name and made != name:

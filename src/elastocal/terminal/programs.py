@@ -10,8 +10,8 @@ from elastocal.robot_program import Ask, Measure, Move, RobotProgram, Settle
 from elastocal.terminal.console import out, whole
 
 
-def show_program(program: RobotProgram, controller: str) -> None:
-    """Targets, and what is done in which order."""
+def show_program(program: RobotProgram, controller: str, *, coupled: bool) -> None:
+    """Targets, and what is done in which order; `coupled` if joint values were converted."""
     robot = program.robot
     table = Table(
         title=Text(f"{program.name}: {program.purpose}"),
@@ -38,6 +38,13 @@ def show_program(program: RobotProgram, controller: str) -> None:
             f"{measured} measurements, {stops} stops for the operator, {waits:g} s of settling."
         )
     )
-    for note in program.notes:
+    notes = [*program.notes]
+    if not coupled:
+        notes.append(
+            "Joint values are the model's: compare one pose with the controller's display."
+        )
+    if controller == "fanuc" and not coupled:
+        notes.append("A FANUC J3 usually counts from the horizontal: see --coupling fanuc.")
+    for note in notes:
         out.print(Text(f"Note: {note}", style="yellow"))
     out.print(Text("Check the program at low speed first.", style="bold"))

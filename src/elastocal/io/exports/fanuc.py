@@ -39,7 +39,7 @@ def write(program: RobotProgram, settings: Settings) -> dict[str, str]:
         program, settings, "FANUC", scale=robot.shown_scale, decimals=4, largest=_LARGEST
     )
     trigger = _output(settings.trigger)
-    body = [f"  !{line} ;" for line in header(program, REMARK, units="deg, mm")]
+    body = [f"  !{line} ;" for line in header(program, settings, REMARK, units="deg, mm")]
     body += ["  UFRAME_NUM=0 ;", "  UTOOL_NUM=1 ;"]
     percent = max(1, round(100.0 * program.speed))
     for step in program.steps:

@@ -31,7 +31,7 @@ def write(program: RobotProgram, settings: Settings) -> dict[str, str]:
     units = ["mm" if joint.prismatic else "deg" for joint in robot.joints]
     columns = ["step", "do", "target", "experiment", "loaded", "seconds"]
     columns += [f"{_cell(robot.joint_names[i])} [{units[i]}]" for i in layout.order]
-    lines = [f"# {_cell(line)}" for line in header(program, 98, units="deg, mm")]
+    lines = [f"# {_cell(line)}" for line in header(program, settings, 98, units="deg, mm")]
     lines.append(",".join([*columns, "text"]))
     here, label = [""] * len(robot.joints), ""
     for number, step in enumerate(program.steps, 1):

@@ -46,7 +46,7 @@ def write(program: RobotProgram, settings: Settings) -> dict[str, str]:
     data = [_axis_values(layout, row.tolist()) for row in values]
     trigger = _output(settings.trigger)
     lines = ["&ACCESS RVP", "&REL 1", f"DEF {name} ( )"]
-    lines += [f"; {line}" for line in header(program, 100, units="degrees, mm")]
+    lines += [f"; {line}" for line in header(program, settings, 100, units="degrees, mm")]
     lines += [f"; {line}" for line in _axis_names(program, layout)]
     percent = max(1, round(100.0 * program.speed))
     lines += [
@@ -63,7 +63,7 @@ def write(program: RobotProgram, settings: Settings) -> dict[str, str]:
         lines += _SAY_SUBPROGRAM
     declared = [f"DECL E6AXIS {p}={{{d}}}" for p, d in zip(points, data, strict=True)]
     dat = ["&ACCESS RVP", "&REL 1", f"DEFDAT {name}"]
-    dat += [f"; {line}" for line in header(program, 100, units="degrees, mm")]
+    dat += [f"; {line}" for line in header(program, settings, 100, units="degrees, mm")]
     dat += ["EXT BAS (BAS_COMMAND :IN,REAL :IN )", *declared, "ENDDAT"]
     return {f"{name}.src": _text(lines), f"{name}.dat": _text(dat)}
 

@@ -46,7 +46,7 @@ def write(program: RobotProgram, settings: Settings) -> dict[str, str]:
     )
     trigger = _signal(settings.trigger)
     lines = [f"MODULE {name}"]
-    lines += [f"  ! {line}" for line in header(program, 76, units="degrees, mm")]
+    lines += [f"  ! {line}" for line in header(program, settings, 76, units="degrees, mm")]
     lines += [f"  ! {line}" for line in _axis_names(program, layout)]
     lines.append("  ! Replace tool0 by your tool, with its load.")
     for point, row in zip(points, values.tolist(), strict=True):

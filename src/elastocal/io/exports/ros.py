@@ -37,7 +37,7 @@ def write(program: RobotProgram, settings: Settings) -> dict[str, str]:
     ones = np.ones(len(robot.joints))
     values = readings(program, settings, "ROS", scale=ones, decimals=9, largest=_LARGEST)
     full = np.where(robot.prismatic, FULL_SLIDING_SPEED, FULL_SPEED) * program.speed
-    lines = [f"# {line}" for line in header(program, 98, units="rad, m")]
+    lines = [f"# {line}" for line in header(program, settings, 98, units="rad, m")]
     lines += [f"# {line}" for line in wrapped(_HOW, 98)]
     here: Array | None = None
     for motion, said in _motions(program.steps):

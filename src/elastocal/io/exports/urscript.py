@@ -42,7 +42,7 @@ def write(program: RobotProgram, settings: Settings) -> dict[str, str]:
         program, settings, "URScript", scale=np.ones(ARM_AXES), decimals=8, largest=_LARGEST
     )
     trigger = _output(settings.trigger)
-    lines = [f"# {line}" for line in header(program, 100, units="rad")]
+    lines = [f"# {line}" for line in header(program, settings, 100, units="rad")]
     lines += [f"# Axes: {', '.join(robot.joint_names)}.", f"def {name}():"]
     for step in program.steps:
         lines += [f"  {line}" for line in _step(step, program, values.tolist(), trigger)]

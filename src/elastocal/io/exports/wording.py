@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 
 from elastocal.io.exports.names import ascii_text
+from elastocal.io.exports.settings import Settings
 from elastocal.robot_program import RobotProgram
 
 SAFETY = (
@@ -17,16 +18,17 @@ LOAD_DATA = (
 )
 
 
-def header(program: RobotProgram, width: int, *, units: str) -> list[str]:
+def header(program: RobotProgram, settings: Settings, width: int, *, units: str) -> list[str]:
     """Lines of a file's header without comment signs, none longer than `width`."""
     source = program.provenance
     origin = f"Made by {source.made_by} from {source.study or program.name!r}"
     if source.digest:
         origin += f", plan sha256 {source.digest[:16]}"
+    whose = "as in the model" if settings.coupling is None else "converted for the controller"
     sentences = [
         program.purpose,
         f"{origin}.",
-        f"Robot: {program.robot.name}. Joint values: {units}.",
+        f"Robot: {program.robot.name}. Joint values: {units}, {whose}.",
         *program.notes,
         SAFETY,
     ]

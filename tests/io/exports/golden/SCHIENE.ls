@@ -1,0 +1,145 @@
+/PROG  SCHIENE
+/ATTR
+OWNER		= MNEDITOR;
+COMMENT		= "elastocal";
+PROG_SIZE	= 0;
+FILE_NAME	= ;
+VERSION		= 0;
+LINE_COUNT	= 89;
+MEMORY_SIZE	= 0;
+PROTECT		= READ_WRITE;
+TCD:  STACK_SIZE	= 0,
+      TASK_PRIORITY	= 50,
+      TIME_SLICE	= 0,
+      BUSY_LAMP_OFF	= 0,
+      ABORT_REQUEST	= 0,
+      PAUSE_REQUEST	= 0;
+DEFAULT_GROUP	= 1,*,*,*,*;
+CONTROL_CODE	= 00000000 00000000;
+/MN
+   1:  !Calibration campaign: 3 ;
+   2:  !experiments in 2 configurations. ;
+   3:  !Made by elastocal 0.1.0 from ;
+   4:  !'Schiene - Zelle 3 (Sud)', plan ;
+   5:  !sha256 0123456789abcdef. ;
+   6:  !Robot: arm on a rail. Joint ;
+   7:  !values: deg, mm, as in the ;
+   8:  !model. ;
+   9:  !Forces act at the load point of ;
+  10:  !the tool, in the axes of the ;
+  11:  !robot base. ;
+  12:  !SAFETY: check this program at ;
+  13:  !low speed in manual mode first. ;
+  14:  !Motions between the points are ;
+  15:  !not checked for collisions by ;
+  16:  !this file. ;
+  17:  !Set the payload of the empty ;
+  18:  !calibration tool and leave it ;
+  19:  !so, loaded and unloaded: the ;
+  20:  !controller must not compensate ;
+  21:  !what is to be measured. ;
+  22:  UFRAME_NUM=0 ;
+  23:  UTOOL_NUM=1 ;
+  24:  !to H0 ;
+  25:J P[1] 25% FINE    ;
+  26:  !to AP1 ;
+  27:J P[2] 25% FINE    ;
+  28:  !to P1 ;
+  29:J P[3] 25% FINE    ;
+  30:  WAIT   2.00(sec) ;
+  31:  MESSAGE[Experiment 1/3: pose 1.] ;
+  32:  MESSAGE[NO load. Measure M1.] ;
+  33:  PAUSE ;
+  34:  MESSAGE[Experiment 1/3: apply] ;
+  35:  MESSAGE[374.63 N, Fx 100 Fy] ;
+  36:  MESSAGE[-200.5 Fz -300.25 N.] ;
+  37:  PAUSE ;
+  38:  WAIT   2.00(sec) ;
+  39:  MESSAGE[Experiment 1/3: pose 1.] ;
+  40:  MESSAGE[LOADED. Measure M1.] ;
+  41:  PAUSE ;
+  42:  MESSAGE[Experiment 1/3: take the] ;
+  43:  MESSAGE[load off. The robot] ;
+  44:  MESSAGE[moves next.] ;
+  45:  PAUSE ;
+  46:  !to AP2 ;
+  47:J P[4] 25% FINE    ;
+  48:  !to P2 ;
+  49:J P[5] 25% FINE    ;
+  50:  WAIT   2.00(sec) ;
+  51:  MESSAGE[Experiment 2/3: pose 2.] ;
+  52:  MESSAGE[NO load. Measure M1.] ;
+  53:  PAUSE ;
+  54:  MESSAGE[Experiment 2/3: hang 10] ;
+  55:  MESSAGE[kg, Fx 0 Fy 0 Fz -98.07] ;
+  56:  MESSAGE[N, Tx 1.5 Ty 0 Tz -2] ;
+  57:  MESSAGE[N.m.] ;
+  58:  PAUSE ;
+  59:  WAIT   2.00(sec) ;
+  60:  MESSAGE[Experiment 2/3: pose 2.] ;
+  61:  MESSAGE[LOADED. Measure M1.] ;
+  62:  PAUSE ;
+  63:  MESSAGE[Experiment 2/3: take the] ;
+  64:  MESSAGE[load off. The robot] ;
+  65:  MESSAGE[moves next.] ;
+  66:  PAUSE ;
+  67:  !to AP2 ;
+  68:J P[4] 25% FINE    ;
+  69:  !to P2 ;
+  70:J P[5] 25% FINE    ;
+  71:  WAIT   2.00(sec) ;
+  72:  MESSAGE[Experiment 3/3: pose 2.] ;
+  73:  MESSAGE[NO load. Measure M1.] ;
+  74:  PAUSE ;
+  75:  MESSAGE[Experiment 3/3: hang 10] ;
+  76:  MESSAGE[kg, Fx 0 Fy 0 Fz -98.07] ;
+  77:  MESSAGE[N, Tx 1.5 Ty 0 Tz -2] ;
+  78:  MESSAGE[N.m.] ;
+  79:  PAUSE ;
+  80:  WAIT   2.00(sec) ;
+  81:  MESSAGE[Experiment 3/3: pose 2.] ;
+  82:  MESSAGE[LOADED. Measure M1.] ;
+  83:  PAUSE ;
+  84:  MESSAGE[Experiment 3/3: take the] ;
+  85:  MESSAGE[load off. The robot] ;
+  86:  MESSAGE[moves next.] ;
+  87:  PAUSE ;
+  88:  !to H0 ;
+  89:J P[1] 25% FINE    ;
+/POS
+P[1]{
+   GP1:
+	UF : 0, UT : 1,	
+	J1=    0.0000 deg,	J2=    0.0000 deg,	J3=    0.0000 deg,
+	J4=    0.0000 deg,	J5=    0.0000 deg,	J6=    0.0000 deg,
+	E1=    0.0000  mm
+};
+P[2]{
+   GP1:
+	UF : 0, UT : 1,	
+	J1=    5.2296 deg,	J2=  -11.9592 deg,	J3=   16.6887 deg,
+	J4=  -23.4183 deg,	J5=   28.1479 deg,	J6=  -34.8775 deg,
+	E1= 1233.5679  mm
+};
+P[3]{
+   GP1:
+	UF : 0, UT : 1,	
+	J1=    5.7296 deg,	J2=  -11.4592 deg,	J3=   17.1887 deg,
+	J4=  -22.9183 deg,	J5=   28.6479 deg,	J6=  -34.3775 deg,
+	E1= 1234.5679  mm
+};
+P[4]{
+   GP1:
+	UF : 0, UT : 1,	
+	J1=   62.5254 deg,	J2=   68.2549 deg,	J3=  -74.9845 deg,
+	J4=   79.7141 deg,	J5=  -86.4437 deg,	J6=  177.1169 deg,
+	E1=  499.0000  mm
+};
+P[5]{
+   GP1:
+	UF : 0, UT : 1,	
+	J1=   63.0254 deg,	J2=   68.7549 deg,	J3=  -74.4845 deg,
+	J4=   80.2141 deg,	J5=  -85.9437 deg,	J6=  177.6169 deg,
+	E1=  500.0000  mm
+};
+/END
