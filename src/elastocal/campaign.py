@@ -62,7 +62,7 @@ def campaign_program(
         digest: SHA-256 of the plan file.
 
     Raises:
-        InfeasibleError: the load cases break constraints of the study, or home does.
+        InfeasibleError: the load cases break constraints of the study.
         InputError: an argument is out of range, or a configuration cannot be approached.
     """
     worth = assess(study, cases, repeats)
@@ -76,7 +76,7 @@ def campaign_program(
     amount = np.where(robot.prismatic, prebias_sliding, prebias)
     before, same = approaches(robot, q, amount, limits, study.constraints)
     beside = np.stack([np.clip(before, limits[0], limits[1]), q], axis=1).reshape(-1, q.shape[1])
-    start = [] if home is None else [_home(study, home)]
+    start, notes = ([], []) if home is None else _home(study, home)
     labels = [f"{kind}{i + 1}" for i in range(len(cases)) for kind in ("AP", "P")]
     m = int(np.sum(repeats))
     return RobotProgram(
@@ -88,7 +88,7 @@ def campaign_program(
         steps=_steps(study, cases, repeats, len(start), settle),
         speed=speed,
         provenance=Provenance(study.name, digest),
-        notes=_notes(home is not None, same),
+        notes=(*_notes(bool(start), same), *notes),
     )
 
 
@@ -150,19 +150,16 @@ def _plain(value: float, decimals: int = 2) -> str:
     return "0" if text == "-0" else text
 
 
-def _home(study: Study, home: ArrayLike) -> Array:
-    """Home, checked against limits and constraints."""
+def _home(study: Study, home: ArrayLike) -> tuple[list[Array], list[str]]:
+    """Home within the limits, and a note on every constraint on measurements that it breaks."""
     robot = study.robot
     q = np.asarray(home, dtype=float)
     if q.shape != (len(robot.joints),):
         raise InputError(f"home needs {len(robot.joints)} joint values, found {q.size}")
     check_limits(robot, q[None], ["home"])
-    if study.constraints:
-        room = margins_at(study.constraints, Posture(robot, q[None]))[:, 0]
-        worst = int(np.argmin(room))
-        if room[worst] < -TOLERANCE:
-            c = study.constraints[worst]
-            raise InfeasibleError(
-                f"home breaks {c.name} by {describe(-float(room[worst]), c.unit)}"
-            )
-    return q
+    room = margins_at(study.constraints, Posture(robot, q[None]))[:, 0]
+    return [q], [
+        f"Home breaks {c.name} by {describe(-float(margin), c.unit)}."
+        for c, margin in zip(study.constraints, room, strict=True)
+        if margin < -TOLERANCE
+    ]

@@ -1,0 +1,162 @@
+"""`export` on the command line."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from elastocal.io.exports import ENDINGS, WRITERS
+from tests.cli.test_commands import run
+from tests.io.exports.parsers import PARSERS
+
+STUDY = Path("examples/kr270/study.yaml")
+HOME = "A1=0deg A2=-60deg A3=60deg A4=0deg A5=20deg A6=0deg"
+
+
+def plan_document() -> dict[str, Any]:
+    joints = ("A1", "A2", "A3", "A4", "A5", "A6")
+    poses = (
+        [0, -50.79, 63.06, 147.44, -101.66, 86.21],
+        [0, -55.46, -72.4, -119.39, -56.59, -179.27],
+    )
+    cases = [
+        {"q_deg": dict(zip(joints, q, strict=True)), "force_N": [0, 0, -2500], "repeats": i + 1}
+        for i, q in enumerate(poses)
+    ]
+    text = STUDY.read_text(encoding="utf-8")
+    return {"elastocal": 1, "kind": "plan", "study": {"text": text}, "load_cases": cases}
+
+
+@pytest.fixture
+def plan(tmp_path: Path) -> Path:
+    path = tmp_path / "plan.json"
+    path.write_text(json.dumps(plan_document()), encoding="utf-8")
+    return path
+
+
+def read(folder: Path) -> dict[str, str]:
+    return {p.name: p.read_text() for p in folder.iterdir() if p.name != "plan.json"}
+
+
+@pytest.mark.parametrize("controller", WRITERS)
+def test_every_controller(plan: Path, controller: str) -> None:
+    result = run("export", plan, "--to", controller, "--out", plan.parent)
+    assert result.exit_code == 0, result.stderr
+    events = PARSERS[controller](read(plan.parent))
+    assert [kind for kind, _ in events].count("move") == 7
+    for words in ("3 experiments in 2 configurations", "AP2", "7 motions", "Check the program"):
+        assert words in result.stdout
+    assert all(
+        str(plan.parent / name) in result.stdout.replace("\n", "") for name in read(plan.parent)
+    )
+
+
+def test_options(plan: Path) -> None:
+    result = run(
+        "export", plan, "--to", "krl", "--out", plan.parent / "cell3.src", "--home", HOME,
+        "--prebias-deg", "0.25", "--settle-s", "5", "--speed-percent", "20", "--trigger", "9",
+        "--json",
+    )  # fmt: skip
+    assert result.exit_code == 0, result.stderr
+    document = json.loads(result.stdout)
+    assert document["files"] == [str(plan.parent / f"cell3.{e}") for e in ("src", "dat")]
+    files = read(plan.parent)
+    events = PARSERS["krl"](files)
+    moves = [value for kind, value in events if kind == "move"]
+    assert moves[0] == moves[-1] == [0, -60, 60, 0, 20, 0]
+    # A4 comes from the other side: the pose is at the bound of its elevation.
+    assert moves[1] == pytest.approx([-0.25, -51.04, 62.81, 147.69, -101.91, 85.96])
+    assert {value for kind, value in events if kind == "wait"} == {5.0}
+    assert [value for kind, value in events if kind == "pulse"] == ["9"] * 6
+    assert "#VEL_PTP,20" in files["cell3.src"]
+
+
+def test_home_that_breaks_a_constraint_is_noted(plan: Path) -> None:
+    result = run("export", plan, "--to", "krl", "--out", plan.parent, "--home", HOME)
+    assert "Home breaks elevation of flange z" in result.stdout.replace("\n", " ")
+    assert "; Home breaks elevation of flange z <= 30" in "".join(read(plan.parent).values())
+
+
+def test_fanuc_coupling(plan: Path) -> None:
+    folder = plan.parent
+    assert run("export", plan, "--to", "fanuc", "-o", folder / "A.ls").exit_code == 0
+    assert (
+        run("export", plan, "--to", "fanuc", "-o", folder / "B.ls", "--coupling", "fanuc").exit_code
+        == 0
+    )
+    plain, shown = (PARSERS["fanuc"]({n: read(folder)[n]})[1][1] for n in ("A.ls", "B.ls"))
+    assert shown[2] == pytest.approx(-plain[2] - plain[1])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words", "code"),
+    [
+        (("--to", "karel"), "no export to 'karel'; there are krl", 2),
+        (("--to", "krl", "--out", "nowhere/x.src"), "does not exist", 2),
+        (("--to", "krl", "--out", "x.mod"), "ends in .src", 2),
+        (("--to", "krl", "--out", "2nd.src"), "not a program name for krl, 'P_2nd' would", 2),
+        (("--to", "fanuc", "--out", "too_long_a_name.ls"), "'TOO_LONG' would be one", 2),
+        (("--to", "krl", "--home", "A1=0"), "expected name=value with deg or mm, found 'A1=0'", 2),
+        (("--to", "krl", "--home", "A1=0mm"), "given in mm, expected deg", 2),
+        (("--to", "krl", "--home", "B1=0deg"), "no joint 'B1'", 2),
+        (("--to", "krl", "--home", "A1=0deg A1=0deg"), "given twice", 2),
+        (("--to", "krl", "--home", "A1=0deg"), "joint 'A2' is missing", 2),
+        (("--to", "krl", "--home", "A1=1.2.3deg"), "expected a number", 2),
+        (("--to", "krl", "--home", HOME.replace("-60", "60")), "joint 'A2' is at 60°", 2),
+        (("--to", "krl", "--settle-s", "999"), "settling time", 2),
+        (("--to", "krl", "--speed-percent", "0"), "speed", 2),
+        (("--to", "krl", "--prebias-deg", "-1"), "approach distance", 2),
+        (("--to", "krl", "--prebias-deg", "200"), "cannot be approached", 2),
+        (("--to", "krl", "--external", "E1"), "no joint 'E1'", 2),
+        (("--to", "krl", "--trigger", "x"), "KRL outputs", 2),
+        (("--to", "fanuc", "--coupling", "kawasaki"), "no controller preset", 2),
+    ],
+)  # fmt: skip
+def test_what_is_refused(plan: Path, arguments: tuple[str, ...], words: str, code: int) -> None:
+    before = set(plan.parent.iterdir())
+    given = [str(plan.parent / a) if a.endswith((".src", ".mod", ".ls")) else a for a in arguments]
+    out = () if "--out" in given else ("--out", str(plan.parent))
+    result = run("export", plan, *given, *out)
+    assert (result.exit_code, result.stdout) == (code, "")
+    assert words in result.stderr
+    assert result.stderr.count("\n") == 1
+    assert set(plan.parent.iterdir()) == before
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "words"),
+    [
+        ("q_deg", {"A1": 0, "A2": 50, "A3": 0, "A4": 0, "A5": 0, "A6": 0}, "breaks"),
+        ("force_N", [0, 0, -2600], "force"),
+    ],
+)
+def test_a_plan_is_judged_again(plan: Path, key: str, value: Any, words: str) -> None:
+    document = plan_document()
+    document["load_cases"][1][key] = value
+    document["rho0_mm"] = 1.0
+    plan.write_text(json.dumps(document), encoding="utf-8")
+    result = run("export", plan, "--to", "krl", "--out", plan.parent)
+    assert result.exit_code == 3
+    assert "load case 2" in result.stderr
+    assert words in result.stderr
+    assert list(plan.parent.iterdir()) == [plan]
+
+
+def test_a_table_is_not_written_over_its_plan(tmp_path: Path) -> None:
+    joints = ",".join(f"A{i} [deg]" for i in range(1, 7))
+    plan = tmp_path / "cell.csv"
+    plan.write_text(
+        f"{joints},Fx [N],Fy [N],Fz [N],repeats\n0,-50.79,63.06,147.44,-101.66,86.21,0,0,-2500,1\n"
+    )
+    result = run("export", plan, "--study", STUDY, "--to", "csv", "--out", plan)
+    assert result.exit_code == 2
+    assert "written over" in result.stderr
+    result = run("export", plan, "--study", STUDY, "--to", "csv", "--out", tmp_path)
+    assert result.exit_code == 0
+
+
+def test_every_ending_is_known() -> None:
+    assert set(ENDINGS) == set(WRITERS)
