@@ -10,6 +10,7 @@ import elastocal as ec
 from elastocal.arrays import Array
 from elastocal.campaign import campaign_program
 from elastocal.elastostatics import joint_springs
+from elastocal.instrument import Isotropic
 from elastocal.io.exports import WRITERS, export
 from elastocal.load_case import LoadCases
 from elastocal.loads import FreeDirection
@@ -47,7 +48,7 @@ def study_for(robot: Robot, size: float = 1000.0, name: str = "study") -> Study:
     pose = test_pose(robot, springs, tool, case, 1.0, "task")
     z = np.array([0.0, 0, 1])
     experiments = Experiments(tool, FreeDirection(size, z), 4, None, FreeDirection(size, z))
-    return Study(robot, springs, (pose,), experiments, sigma=1e-4, name=name)
+    return Study(robot, springs, (pose,), experiments, Isotropic(1e-4), name=name)
 
 
 def kr270_program(**options: object) -> RobotProgram:
