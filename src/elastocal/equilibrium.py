@@ -248,6 +248,8 @@ def _diagonal(effort: Array) -> Array:
 def _stability(compliance: Array, stiffening: Array) -> Array:
     """(N,) smallest eigenvalue of I - √k H √k, H symmetrised."""
     root = np.sqrt(np.maximum(compliance, 0.0))
+    if not len(root):
+        return np.ones(len(stiffening))
     symmetric = 0.5 * (stiffening + stiffening.transpose(0, 2, 1))
     matrices = np.eye(root.shape[-1]) - root[..., :, None] * symmetric * root[..., None, :]
     bad = ~np.isfinite(matrices).all(axis=(1, 2))
