@@ -6,6 +6,7 @@
     │   ├── PlanFileError   ... in a plan file
     │   ├── MeasurementFileError   ... in a measurement file; knows file, line and column
     │   ├── ModelFileError  ... in a model file
+    │   ├── PathFileError   ... in a path file; knows file, line and column
     │   └── EquilibriumError   a load case under which the arm gives way
     ├── InfeasibleError     no load case satisfies the constraints        exit code 3
     └── IdentifiabilityError   some compliances cannot be told apart      exit code 4
@@ -40,6 +41,10 @@ class MeasurementFileError(InputError):
 
 class ModelFileError(InputError):
     """A model file is wrong or does not belong to the robot."""
+
+
+class PathFileError(InputError):
+    """A path file is wrong; the message names file, line and column."""
 
 
 class EquilibriumError(InputError):
