@@ -25,7 +25,7 @@ from elastocal.compensation_remarks import notes, remarks
 from elastocal.compliance_model import ComplianceModel
 from elastocal.damped import damped_steps
 from elastocal.elastic_arm import ElasticArm
-from elastocal.elastostatics import VirtualJoints, deflection, regressor
+from elastocal.elastostatics import deflection, regressor, subset
 from elastocal.equilibrium import Equilibrium, equilibrium, linearise
 from elastocal.errors import InputError
 from elastocal.load_case import LoadCases
@@ -116,7 +116,8 @@ def compensate(arm: ElasticArm, model: ComplianceModel, cases: LoadCases) -> Com
     idle = _idle(arm, model, cases.q)
     target = _poses(arm, cases.q, idle)
     own = arm.springs.joint >= 0
-    frame = ElasticArm(arm.robot, _picked(arm.springs, ~own), arm.tool, arm.gravity)
+    others = [name for name, is_own in zip(arm.springs.names, own, strict=True) if not is_own]
+    frame = ElasticArm(arm.robot, subset(arm.springs, others), arm.tool, arm.gravity)
     bent = cases.q.copy()
     bent[:, arm.springs.joint[own]] += np.nan_to_num(idle[:, own])
     found = _bent(frame, model.compliance[~own], LoadCases(bent, cases.wrench), target)
@@ -212,8 +213,9 @@ def _bent(frame: ElasticArm, compliance: Array, start: LoadCases, target: Array)
         error = _twists(pose, target[open_])[:, :rows]
         steps = damped_steps(columns[:, :rows, frame.actuated], error, frame.robot.prismatic)
         done = np.abs(steps.step).max(axis=1, initial=0.0) <= _AT_REST
-        # A rigid frame at its target needs no step, singular or not.
-        damped[open_], lost[open_] = steps.damped & (iterations[open_] > 0), steps.lost
+        # At the target no step is needed, singular or not.
+        hindered = steps.damped & (np.abs(error).max(axis=1) > _AT_REST)
+        damped[open_[hindered]], lost[open_[hindered]] = True, steps.lost[hindered]
         at_rest[open_[done]] = True
         bent[open_[~done]] += steps.step[~done]
         iterations[open_[~done]] += 1
@@ -280,20 +282,7 @@ def _judging(tool: Tool) -> Tool:
 
 def _rigid(arm: ElasticArm) -> ElasticArm:
     """The arm without springs."""
-    return ElasticArm(arm.robot, _picked(arm.springs, np.zeros(len(arm.springs), bool)), arm.tool)
-
-
-def _picked(springs: VirtualJoints, keep: BoolArray) -> VirtualJoints:
-    """The springs where `keep`, (p,), is true."""
-    names = tuple(name for name, k in zip(springs.names, keep, strict=True) if k)
-    return VirtualJoints(
-        names,
-        springs.body[keep],
-        springs.axis[keep].reshape(-1, 3),
-        springs.origin[keep].reshape(-1, 3),
-        springs.prismatic[keep],
-        springs.joint[keep],
-    )
+    return ElasticArm(arm.robot, subset(arm.springs, ()), arm.tool)
 
 
 def _idle(arm: ElasticArm, model: ComplianceModel, q: Array) -> Array:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from elastocal.arrays import Array, frozen, unset
-from elastocal.elastostatics import VirtualJoints
+from elastocal.elastostatics import VirtualJoints, merged
 from elastocal.errors import InputError
 
 
@@ -62,3 +62,30 @@ class ComplianceModel:
         """(len(names),) compliances of the springs called `names`; zero for rigid joints."""
         known = dict(zip(self.names, self.compliance, strict=True))
         return np.array([known.get(name, 0.0) for name in names])
+
+
+def merged_models(models: Sequence[ComplianceModel]) -> ComplianceModel:
+    """One model of the springs of several, identified independently of each other.
+
+    Its degrees of freedom are the fewest of theirs, on the safe side.
+
+    Raises:
+        InputError: none, or a spring in two of them.
+    """
+    if not models:
+        raise InputError("no model to merge")
+    result = models[0]
+    for other in models[1:]:
+        springs = merged(result.springs, other.springs)
+        order = [(*result.names, *other.names).index(name) for name in springs.names]
+        p, both = len(result.springs), len(springs)
+        covariance = np.zeros((both, both))
+        covariance[:p, :p], covariance[p:, p:] = result.covariance, other.covariance
+        result = ComplianceModel(
+            springs=springs,
+            compliance=np.append(result.compliance, other.compliance)[order],
+            covariance=covariance[np.ix_(order, order)],
+            dof=min(result.dof, other.dof),
+            source=", ".join(s for s in (result.source, other.source) if s),
+        )
+    return result

@@ -4,7 +4,13 @@ Exit codes: 0 done, 2 bad input, 3 infeasible, 4 not identifiable, 130 stopped b
 Everything heavy is imported inside the commands, so that --help answers at once.
 """
 
-from elastocal.cli import export, plan, report, study  # the order of the commands in --help
+from elastocal.cli import (  # the order of the commands in --help
+    compensate,
+    export,
+    plan,
+    report,
+    study,
+)
 from elastocal.cli.common import app
 
-__all__ = ["app", "export", "plan", "report", "study"]
+__all__ = ["app", "compensate", "export", "plan", "report", "study"]

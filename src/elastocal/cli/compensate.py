@@ -1,0 +1,151 @@
+"""`compensate`: correct a path so that the loaded tool is where the task wants it."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from elastocal.cli.common import Json, StudyPath, app, guarded, print_json, study_at, writable
+from elastocal.errors import InfeasibleError, InputError
+
+if TYPE_CHECKING:
+    from elastocal.arrays import Array
+    from elastocal.compensation import Compensation
+    from elastocal.io.path_file import ToolPath
+    from elastocal.robot import Robot, Tool
+    from elastocal.study import Study
+
+Vector = tuple[float, float, float]
+
+
+@app.command()
+@guarded
+def compensate(
+    study: StudyPath,
+    model: Annotated[Path, typer.Argument(help="Compliances (JSON).", show_default=False)],
+    path: Annotated[Path, typer.Argument(help="Path (CSV).", show_default=False)],
+    out: Annotated[Path, typer.Option("--out", "-o", help="Corrected path to write.")] = Path(
+        "corrected.csv"
+    ),
+    more: Annotated[
+        list[Path] | None, typer.Option("--model", help="Further compliances, of other joints.")
+    ] = None,
+    tool: Annotated[str | None, typer.Option(help="Tool, if the test poses have several.")] = None,
+    rule: Annotated[str, typer.Option(help="nonlinear or linear.")] = "nonlinear",
+    force_n: Annotated[
+        Vector | None, typer.Option(help="Force of every point, base frame.", show_default=False)
+    ] = None,
+    torque_nm: Annotated[
+        Vector | None, typer.Option(help="Torque of every point, base frame.", show_default=False)
+    ] = None,
+    start: Annotated[
+        str | None,
+        typer.Option(help='Near the first point, for paths of poses: "A1=0deg A2=-90deg …".'),
+    ] = None,
+    truth: Annotated[
+        Path | None, typer.Option(help="True compliances, to judge the correction by.")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Correct a path for the deflection under its load; say what error remains."""
+    import numpy as np
+
+    from elastocal import compensation as rules
+    from elastocal.compliance_model import merged_models
+    from elastocal.elastic_arm import ElasticArm
+    from elastocal.io.corrected_file import corrected_document, write_corrected
+    from elastocal.io.model_file import read_model
+    from elastocal.io.path_file import read_path
+
+    given = [study, model, path, *(more or []), *([truth] if truth else [])]
+    writable(out, *given, suffix=".csv")
+    known = {"nonlinear": rules.compensate, "linear": rules.compensate_linearly}
+    if rule not in known:
+        raise InputError(f"no rule {rule!r}; there are {', '.join(known)}")
+    what = study_at(study)
+    robot, used = what.robot, _tool(what, tool)
+    compliances = merged_models([read_model(file, robot) for file in (model, *(more or []))])
+    wrench = None
+    if force_n is not None or torque_nm is not None:
+        wrench = np.array([*(force_n or (0.0, 0.0, 0.0)), *(torque_nm or (0.0, 0.0, 0.0))])
+    task = read_path(path, robot, used, _start(what, used, start), wrench)
+    arm = ElasticArm(robot, compliances.springs, used, what.gravity)
+    done = known[rule](arm, compliances, task.cases)
+    residual = None
+    if truth is not None:
+        true = read_model(truth, robot)
+        residual = rules.residual(ElasticArm(robot, true.springs, used, what.gravity), true, done)
+    if as_json:
+        print_json(corrected_document(done, task, residual))
+    else:
+        from elastocal.terminal.compensations import show_compensation
+
+        show_compensation(done, task, residual)
+    _refuse(done, task)
+    write_corrected(done, task, out)
+    if not as_json:
+        print(f"wrote {out}")
+
+
+def _refuse(done: Compensation, task: ToolPath) -> None:
+    """Write nothing that cannot be driven: name the first point and how many there are."""
+    for wrong, what in (
+        (~done.converged, "cannot be corrected"),
+        (done.beyond_limits.any(axis=1), "would leave the joint limits"),
+    ):
+        if wrong.any():
+            i = int(wrong.argmax())
+            raise InfeasibleError(
+                f"{task.source}: {int(wrong.sum())} of {len(done)} points {what}, the first is "
+                f"point {task.names[i]} in line {task.lines[i]}: {done.remarks[i]}"
+            )
+
+
+def _tool(study: Study, name: str | None) -> Tool:
+    """The tool called `name`, else the one of all test poses."""
+    posed = {pose.tool.name: pose.tool for pose in study.test_poses if pose.tool is not None}
+    if name is None:
+        if len(posed) != 1:
+            raise InputError(
+                f"the test poses have {', '.join(posed) or 'no tool'}; name one with --tool"
+            )
+        return next(iter(posed.values()))
+    calibration = study.experiments.tool
+    tools = study.robot.tools | {calibration.name: calibration} | posed
+    if name not in tools:
+        raise InputError(f"no tool {name!r}; there are {', '.join(tools)}")
+    return tools[name]
+
+
+def _start(study: Study, tool: Tool, text: str | None) -> Array:
+    """Configuration to start from: as named, else a test pose, with the same tool if possible."""
+    import numpy as np
+
+    if text is not None:
+        return _values(study.robot, text)
+    poses = sorted(
+        (pose for pose in study.test_poses if pose.case is not None and pose.tool is not None),
+        key=lambda pose: pose.tool is None or pose.tool.name != tool.name,
+    )
+    if poses and poses[0].case is not None:
+        return poses[0].case.q[0]
+    return np.asarray(0.5 * (study.limits[0] + study.limits[1]))
+
+
+def _values(robot: Robot, text: str) -> Array:
+    """Joint values of 'A1=0deg A2=-90deg rail=500mm'."""
+    from elastocal.io.joint_values import configuration
+
+    values: dict[str, dict[str, float]] = {"deg": {}, "mm": {}}
+    for part in text.replace(",", " ").split():
+        found = re.fullmatch(r"([^=]+)=([-+]?\d+\.?\d*)(deg|mm)", part)
+        if not found:
+            raise InputError(f"--start: expected name=value with deg or mm, found {part!r}")
+        values[found[3]][found[1]] = float(found[2])
+    try:
+        return configuration(robot, values["deg"], values["mm"])
+    except InputError as error:
+        raise InputError(f"--start: {error}") from None

@@ -1,0 +1,59 @@
+"""What a compensation did."""
+
+from __future__ import annotations
+
+import numpy as np
+from rich import box
+from rich.table import Table
+from rich.text import Text
+
+from elastocal.arrays import Array
+from elastocal.compensation import Compensation
+from elastocal.io.path_file import ToolPath
+from elastocal.terminal.console import out, whole
+
+_MOST_REMARKS = 10
+
+
+def show_compensation(done: Compensation, task: ToolPath, residual: Array | None) -> None:
+    """Deflection before and after along the path, and what is odd."""
+    count, good = len(done), int(done.converged.sum())
+    out.print(
+        Text(
+            f"{good} of {count} points corrected, {done.rule} rule, tool {done.arm.tool.name!r}, "
+            f"compliances of {', '.join(done.model.names)}"
+        )
+    )
+    table = Table(box=box.SIMPLE_HEAD, title="Position error of the TCP", title_justify="left")
+    table.add_column("")
+    for column in ("RMS mm", "mean mm", "largest mm", "at point"):
+        table.add_column(column, justify="right")
+    rows = [
+        ("before, by the model", np.linalg.norm(done.before, axis=1)),
+        ("after, by the model", np.linalg.norm(done.after, axis=1)),
+        ("expected after (ρ0)", done.rho0),
+    ]
+    if residual is not None:
+        rows.append(("after, in truth", np.linalg.norm(residual, axis=1)))
+    for title, sizes in rows:
+        if np.isfinite(sizes).any():
+            worst = int(np.nanargmax(sizes))
+            rms = np.sqrt(np.nanmean(sizes**2))
+            values = [_mm(v) for v in (rms, np.nanmean(sizes), sizes[worst])]
+            table.add_row(title, *values, Text(task.names[worst] if values[-1] != "0" else ""))
+    whole(table)
+    if not done.model.covariance.any():
+        out.print("The model has no covariance: it is taken as exact, ρ0 is zero.")
+    for note in (*task.remarks, *done.notes):
+        out.print(Text(f"Note: {note}.", style="yellow"))
+    odd = [i for i, remark in enumerate(done.remarks) if remark]
+    for i in odd[:_MOST_REMARKS]:
+        text = f"Point {task.names[i]} (line {task.lines[i]}): {done.remarks[i]}."
+        out.print(Text(text, style="yellow"))
+    if len(odd) > _MOST_REMARKS:
+        out.print(f"… and {len(odd) - _MOST_REMARKS} more points with remarks.")
+
+
+def _mm(length: float) -> str:
+    """Millimetres with four digits; what is below a tenth of a nanometre is rounding."""
+    return "0" if length < 1e-13 else f"{1e3 * length:.4g}"
