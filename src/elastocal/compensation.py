@@ -16,25 +16,22 @@ and base move the tool besides; then the bent joints are searched by Newton step
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
 from elastocal.arrays import Array, BoolArray, IntArray, frozen
+from elastocal.bent_arm import Bent, bent_arm, stable, task_rows, tcp_poses
 from elastocal.compensation_remarks import notes, remarks
 from elastocal.compliance_model import ComplianceModel
 from elastocal.damped import damped_steps
 from elastocal.elastic_arm import ElasticArm
 from elastocal.elastostatics import deflection, regressor, subset
-from elastocal.equilibrium import Equilibrium, equilibrium, linearise
+from elastocal.equilibrium import equilibrium, linearise
 from elastocal.errors import InputError
 from elastocal.load_case import LoadCases
-from elastocal.posture import Posture, jacobian
+from elastocal.posture import jacobian
 from elastocal.robot import Tool
-from elastocal.rotations import rotation_vectors
 
-_MOST_STEPS = 50
-_AT_REST = 1e-12  # joint step at which the search has come to rest [rad or m]
 _SAME_PLACE = 1e-9  # how far the re-simulated tool may be from where the search left it [m]
 
 
@@ -55,7 +52,7 @@ class Compensation:
         after: (N, 3) what remains with it, by the nonlinear equilibrium of the model [m].
         covariance: (N, 3, 3) of the remaining error, caused by the covariance of the model [m²].
         converged: (N,) whether a stable equilibrium was found at the corrected configuration and
-            the search for it came to rest.
+            the search for it came to rest, at the target or, where damped, as near as it gets.
         iterations: (N,) steps of the search.
         damped: (N,) whether the arm is nearly singular there, so that some error may remain.
         remarks: N sentences, empty where all is well.
@@ -114,13 +111,13 @@ def compensate(arm: ElasticArm, model: ComplianceModel, cases: LoadCases) -> Com
     Source: paper eq. (14); the split into joint springs and others is ours.
     """
     idle = _idle(arm, model, cases.q)
-    target = _poses(arm, cases.q, idle)
+    target = tcp_poses(arm, cases.q, idle)
     own = arm.springs.joint >= 0
     others = [name for name, is_own in zip(arm.springs.names, own, strict=True) if not is_own]
     frame = ElasticArm(arm.robot, subset(arm.springs, others), arm.tool, arm.gravity)
     bent = cases.q.copy()
     bent[:, arm.springs.joint[own]] += np.nan_to_num(idle[:, own])
-    found = _bent(frame, model.compliance[~own], LoadCases(bent, cases.wrench), target)
+    found = bent_arm(frame, model.compliance[~own], LoadCases(bent, cases.wrench), target)
     displacement = np.zeros((len(cases), len(arm.springs)))
     displacement[:, ~own] = found.displacement
     effort = _efforts(arm, found.bent, cases.wrench, displacement)
@@ -137,13 +134,13 @@ def compensate_linearly(arm: ElasticArm, model: ComplianceModel, cases: LoadCase
 
     Source: paper eq. (15), with K_C⁻¹ W = A(q0, w) k and the pseudo-inverse of J0.
     """
-    target = _poses(arm, cases.q, _idle(arm, model, cases.q))
+    target = tcp_poses(arm, cases.q, _idle(arm, model, cases.q))
     shift = deflection(arm.robot, arm.springs, model.compliance, _judging(arm.tool), cases)
-    rows = _rows(arm)
+    rows = task_rows(arm)
     columns = jacobian(arm.robot, cases.q, arm.tool.tcp)[:, :rows]
     steps = damped_steps(columns, -shift[:, :rows], arm.robot.prismatic)
     count = len(cases)
-    found = _Bent(
+    found = Bent(
         cases.q,
         np.zeros((count, 0)),
         np.ones(count, dtype=bool),
@@ -169,58 +166,13 @@ def residual(arm: ElasticArm, truth: ComplianceModel, compensation: Compensation
     Raises:
         InputError: arm and truth have different springs.
     """
-    wanted = _poses(arm, compensation.cases.q, _idle(arm, truth, compensation.cases.q))
+    wanted = tcp_poses(arm, compensation.cases.q, _idle(arm, truth, compensation.cases.q))
     reached = np.full((len(compensation), 3), np.nan)
     there = np.isfinite(compensation.q).all(axis=1)
     cases = LoadCases(compensation.q[there], compensation.cases.wrench[there])
     rest = equilibrium(arm, truth.compliance, cases)
-    reached[there] = _poses(arm, cases.q, _stable(rest))[:, :3, 3]
+    reached[there] = tcp_poses(arm, cases.q, stable(rest))[:, :3, 3]
     return np.asarray(reached - wanted[:, :3, 3])
-
-
-class _Bent(NamedTuple):
-    """Where the search for the bent arm ended."""
-
-    bent: Array
-    """(N, n) actuated joints with their springs bent."""
-    displacement: Array
-    """(N, p') displacements of the springs that are in no joint."""
-    at_rest: BoolArray
-    iterations: IntArray
-    damped: BoolArray
-    lost: Array
-    """(N, 6) unit twist that the joints cannot give to the tool where damped."""
-
-
-def _bent(frame: ElasticArm, compliance: Array, start: LoadCases, target: Array) -> _Bent:
-    """Joints at which the arm with springs only in links and base holds its TCP at the target."""
-    count, rows = len(start), _rows(frame)
-    bent, displacement = start.q.copy(), np.zeros((count, len(frame.springs)))
-    at_rest, damped = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
-    iterations, lost = np.zeros(count, dtype=np.int64), np.zeros((count, 6))
-    open_ = np.arange(count)
-    for _ in range(_MOST_STEPS):
-        if not len(open_):
-            break
-        rest = equilibrium(frame, compliance, LoadCases(bent[open_], start.wrench[open_]))
-        good = rest.converged & (rest.stability > 0.0)
-        open_ = open_[good]
-        displacement[open_] = rest.displacement[good]
-        columns = jacobian(
-            frame.chain, frame.bent(bent[open_], displacement[open_]), frame.tool.tcp
-        )
-        pose = _poses(frame, bent[open_], displacement[open_])
-        error = _twists(pose, target[open_])[:, :rows]
-        steps = damped_steps(columns[:, :rows, frame.actuated], error, frame.robot.prismatic)
-        done = np.abs(steps.step).max(axis=1, initial=0.0) <= _AT_REST
-        # At the target no step is needed, singular or not.
-        hindered = steps.damped & (np.abs(error).max(axis=1) > _AT_REST)
-        damped[open_[hindered]], lost[open_[hindered]] = True, steps.lost[hindered]
-        at_rest[open_[done]] = True
-        bent[open_[~done]] += steps.step[~done]
-        iterations[open_[~done]] += 1
-        open_ = open_[~done & (np.abs(steps.step).max(axis=1, initial=0.0) < 10.0)]
-    return _Bent(bent, displacement, at_rest, iterations, damped, lost)
 
 
 def _judged(
@@ -230,27 +182,27 @@ def _judged(
     rule: str,
     q: Array,
     target: Array,
-    found: _Bent,
+    found: Bent,
 ) -> Compensation:
     """The corrected configurations with everything that is said of them."""
     finite = np.where(np.isfinite(q), q, cases.q)
     rest = equilibrium(arm, model.compliance, LoadCases(finite, cases.wrench))
-    reached = _poses(arm, finite, _stable(rest))
+    reached = tcp_poses(arm, finite, stable(rest))
     after = reached[:, :3, 3] - target[:, :3, 3]
-    stable = np.asarray(
+    good = np.asarray(
         (np.isfinite(after) & np.isfinite(q).all(axis=1, keepdims=True)).all(axis=1)
     )
-    converged = stable & found.at_rest
+    converged = good & found.at_rest
     if rule == "nonlinear":
         # Another equilibrium than the one looked for is no solution.
         there = np.linalg.norm(np.nan_to_num(after), axis=1) < _SAME_PLACE
         converged &= there | found.damped
     q, after = q.copy(), after.copy()
     q[~converged], after[~converged] = np.nan, np.nan
-    loaded = _poses(arm, cases.q, _stable(equilibrium(arm, model.compliance, cases)))
+    loaded = tcp_poses(arm, cases.q, stable(equilibrium(arm, model.compliance, cases)))
     rows = regressor(arm.robot, arm.springs, _judging(arm.tool), cases)
     command = np.full_like(target, np.nan)
-    command[converged] = _poses(_rigid(arm), q[converged], np.zeros((int(converged.sum()), 0)))
+    command[converged] = tcp_poses(_rigid(arm), q[converged], np.zeros((int(converged.sum()), 0)))
     return Compensation(
         arm=arm,
         model=model,
@@ -265,14 +217,9 @@ def _judged(
         converged=frozen(converged, np.bool_),
         iterations=frozen(found.iterations, np.int64),
         damped=frozen(found.damped, np.bool_),
-        remarks=remarks(arm.robot, q, after, stable, found.at_rest, found.damped, found.lost),
-        notes=notes(arm, cases, _rows(arm)),
+        remarks=remarks(arm.robot, q, after, good, found.at_rest, found.damped, found.lost),
+        notes=notes(arm, cases, task_rows(arm)),
     )
-
-
-def _rows(arm: ElasticArm) -> int:
-    """Rows of the tool's pose that are restored: all six, or position with few joints."""
-    return 6 if len(arm.robot.joints) >= 6 else 3
 
 
 def _judging(tool: Tool) -> Tool:
@@ -294,13 +241,7 @@ def _idle(arm: ElasticArm, model: ComplianceModel, q: Array) -> Array:
         )
     if not arm.sags:
         return np.zeros((len(q), len(arm.springs)))
-    return _stable(equilibrium(arm, model.compliance, LoadCases(q, np.zeros((len(q), 6)))))
-
-
-def _stable(rest: Equilibrium) -> Array:
-    """(N, p) displacements, NaN where there is no stable equilibrium."""
-    good = rest.converged & (rest.stability > 0.0)
-    return np.asarray(np.where(good[:, None], rest.displacement, np.nan))
+    return stable(equilibrium(arm, model.compliance, LoadCases(q, np.zeros((len(q), 6)))))
 
 
 def _efforts(arm: ElasticArm, q: Array, wrench: Array, displacement: Array) -> Array:
@@ -308,19 +249,3 @@ def _efforts(arm: ElasticArm, q: Array, wrench: Array, displacement: Array) -> A
     # At zero compliance the derivative of the equilibrium in the compliances is diag(effort).
     slope = linearise(arm, np.zeros(len(arm.springs)), q, wrench, displacement).slope
     return np.diagonal(slope, axis1=1, axis2=2)
-
-
-def _poses(arm: ElasticArm, q: Array, displacement: Array) -> Array:
-    """(N, 4, 4) pose of the TCP, axes of the flange, with springs bent by (N, p) [m]."""
-    posture = Posture(arm.chain, arm.bent(q, displacement))
-    poses = np.zeros((len(q), 4, 4))
-    poses[:, :3, :] = posture.bodies[-1].transpose(2, 1, 0)
-    poses[:, :3, 3] = posture.point(arm.tool.tcp).T
-    poses[:, 3, 3] = 1.0
-    return poses
-
-
-def _twists(pose: Array, target: Array) -> Array:
-    """(N, 6) displacement and turn [m, rad] that take poses to targets, in the base frame."""
-    turn = rotation_vectors(target[:, :3, :3] @ pose[:, :3, :3].transpose(0, 2, 1))
-    return np.hstack([target[:, :3, 3] - pose[:, :3, 3], turn])

@@ -46,9 +46,10 @@ def remarks(
         else:
             said += limits(robot, q[i])
         if damped[i]:
+            said.append(f"nearly singular: the joints hardly {direction(lost[i])}")
             rest = float(np.linalg.norm(after[i]))
-            error = f"{1e3 * rest:.3g} mm remain" if rest > _FEW else "no error remains"
-            said.append(f"nearly singular: the joints hardly {direction(lost[i])}; {error}")
+            if np.isfinite(rest):
+                said.append(f"{1e3 * rest:.3g} mm remain" if rest > _FEW else "no error remains")
         sentences.append("; ".join(said))
     return tuple(sentences)
 

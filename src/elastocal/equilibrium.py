@@ -248,7 +248,7 @@ def _diagonal(effort: Array) -> Array:
 def _stability(compliance: Array, stiffening: Array) -> Array:
     """(N,) smallest eigenvalue of I - √k H √k, H symmetrised."""
     root = np.sqrt(np.maximum(compliance, 0.0))
-    if not len(root):
+    if not root.shape[-1]:
         return np.ones(len(stiffening))
     symmetric = 0.5 * (stiffening + stiffening.transpose(0, 2, 1))
     matrices = np.eye(root.shape[-1]) - root[..., :, None] * symmetric * root[..., None, :]
