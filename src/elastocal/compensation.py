@@ -189,9 +189,7 @@ def _judged(
     rest = equilibrium(arm, model.compliance, LoadCases(finite, cases.wrench))
     reached = tcp_poses(arm, finite, stable(rest))
     after = reached[:, :3, 3] - target[:, :3, 3]
-    good = np.asarray(
-        (np.isfinite(after) & np.isfinite(q).all(axis=1, keepdims=True)).all(axis=1)
-    )
+    good = np.asarray((np.isfinite(after) & np.isfinite(q).all(axis=1, keepdims=True)).all(axis=1))
     converged = good & found.at_rest
     if rule == "nonlinear":
         # Another equilibrium than the one looked for is no solution.
