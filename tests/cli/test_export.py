@@ -10,9 +10,10 @@ import pytest
 
 from elastocal.io.exports import ENDINGS, WRITERS
 from tests.cli.test_commands import run
+from tests.io.exports.campaigns import EXAMPLES
 from tests.io.exports.parsers import PARSERS
 
-STUDY = Path("examples/kr270/study.yaml")
+STUDY = EXAMPLES / "kr270" / "study.yaml"
 HOME = "A1=0deg A2=-60deg A3=60deg A4=0deg A5=20deg A6=0deg"
 
 
@@ -80,15 +81,21 @@ def test_home_that_breaks_a_constraint_is_noted(plan: Path) -> None:
     assert "; Home breaks elevation of flange z <= 30" in "".join(read(plan.parent).values())
 
 
-def test_fanuc_coupling(plan: Path) -> None:
+def test_joint_values_of_the_controller(plan: Path) -> None:
+    """The study's controller is applied to the targets; home is read off at it."""
     folder = plan.parent
     assert run("export", plan, "--to", "fanuc", "-o", folder / "A.ls").exit_code == 0
-    assert (
-        run("export", plan, "--to", "fanuc", "-o", folder / "B.ls", "--coupling", "fanuc").exit_code
-        == 0
-    )
-    plain, shown = (PARSERS["fanuc"]({n: read(folder)[n]})[1][1] for n in ("A.ls", "B.ls"))
-    assert shown[2] == pytest.approx(-plain[2] - plain[1])
+    document = plan_document()
+    document["study"]["text"] += "controller: {preset: fanuc, offsets_deg: {A6: 10}}\n"
+    plan.write_text(json.dumps(document), encoding="utf-8")
+    home = HOME.replace("A3=60", "A3=-5")
+    result = run("export", plan, "--to", "fanuc", "-o", folder / "B.ls", "--home", home)
+    assert result.exit_code == 0, result.stderr
+    assert "Joint values are the model" not in result.stdout
+    plain, shown = (PARSERS["fanuc"]({n: read(folder)[n]}) for n in ("A.ls", "B.ls"))
+    assert shown[0][1] == pytest.approx([0, -60, -5, 0, 20, 0], abs=1e-4)
+    q, q_shown = plain[1][1], shown[2][1]
+    assert q_shown == pytest.approx([q[0], q[1], -q[2] - q[1], *q[3:5], q[5] + 10], abs=2e-4)
 
 
 @pytest.mark.parametrize(
@@ -112,7 +119,6 @@ def test_fanuc_coupling(plan: Path) -> None:
         (("--to", "krl", "--prebias-deg", "200"), "cannot be approached", 2),
         (("--to", "krl", "--external", "E1"), "no joint 'E1'", 2),
         (("--to", "krl", "--trigger", "x"), "KRL outputs", 2),
-        (("--to", "fanuc", "--coupling", "kawasaki"), "no controller preset", 2),
     ],
 )  # fmt: skip
 def test_what_is_refused(plan: Path, arguments: tuple[str, ...], words: str, code: int) -> None:

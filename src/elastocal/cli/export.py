@@ -30,7 +30,8 @@ def export(
         Path | None, typer.Option(help="Study, if not the one embedded in the plan.")
     ] = None,
     home: Annotated[
-        str | None, typer.Option(help='Start and end: "A1=0deg A2=-90deg rail=500mm …".')
+        str | None,
+        typer.Option(help='Start and end, as the controller shows it: "A1=0deg rail=500mm".'),
     ] = None,
     prebias_deg: Annotated[
         float, typer.Option(help="Approach distance of turning joints, against backlash.")
@@ -44,17 +45,12 @@ def export(
     trigger: Annotated[
         str, typer.Option(help="Output that triggers the instrument: number or signal name.")
     ] = "",
-    preset: Annotated[
-        str | None,
-        typer.Option("--coupling", help="Controller whose joint values differ: fanuc."),
-    ] = None,
     as_json: Json = False,
 ) -> None:
     """Write the plan as a robot program; refuse a plan that breaks a constraint."""
     import numpy as np
 
     from elastocal.campaign import campaign_program
-    from elastocal.coupling import coupling
     from elastocal.io.exports import Settings
     from elastocal.io.plan_file import read_proposal
 
@@ -66,7 +62,9 @@ def export(
         proposal.load_cases,
         proposal.repeats,
         name=name or what.name,
-        home=None if home is None else home_values(home, what.robot),
+        home=None
+        if home is None
+        else what.coupling.to_model(home_values(home, what.robot)[None])[0],
         prebias=float(np.radians(prebias_deg)),
         prebias_sliding=prebias_mm / 1e3,
         settle=settle_s,
@@ -74,7 +72,7 @@ def export(
         digest=_digest(plan_file),
     )
     settings = Settings(
-        coupling=None if preset is None else coupling(what.robot, preset=preset),
+        coupling=what.controller,
         external=None if external is None else tuple(external.replace(",", " ").split()),
         trigger=trigger,
     )

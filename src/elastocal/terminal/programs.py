@@ -44,7 +44,7 @@ def show_program(program: RobotProgram, controller: str, *, coupled: bool) -> No
             "Joint values are the model's: compare one pose with the controller's display."
         )
     if controller == "fanuc" and not coupled:
-        notes.append("A FANUC J3 usually counts from the horizontal: see --coupling fanuc.")
+        notes.append("A FANUC J3 usually counts from the horizontal: see controller in the study.")
     for note in notes:
         out.print(Text(f"Note: {note}", style="yellow"))
     out.print(Text("Check the program at low speed first.", style="bold"))

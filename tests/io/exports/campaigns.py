@@ -20,6 +20,7 @@ from elastocal.study import Experiments, Study, test_pose
 from tests.io.exports.parsers import Event
 
 GOLDEN = Path(__file__).parent / "golden"
+EXAMPLES = Path(__file__).parents[3] / "examples"
 DIGEST = "0123456789abcdef" * 4
 
 
@@ -53,7 +54,7 @@ def study_for(robot: Robot, size: float = 1000.0, name: str = "study") -> Study:
 
 def kr270_program(**options: object) -> RobotProgram:
     """The campaign of the KR 270 with three configurations."""
-    study = ec.read_study("examples/kr270/study.yaml")
+    study = ec.read_study(EXAMPLES / "kr270" / "study.yaml")
     q = np.radians(
         [
             [0, -50.7922, 63.0588, -32.5611, 101.6598, -93.7903],

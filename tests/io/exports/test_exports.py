@@ -203,7 +203,7 @@ def programs(draw: st.DrawFn) -> RobotProgram:
 def test_any_campaign_of_any_robot(program: RobotProgram, controller: str) -> None:
     leading = int(np.flatnonzero(~program.robot.prismatic)[0])
     fits = len(program.robot.joints) <= 6 or len(program.robot.joints) - leading <= 6
-    if controller == "ros" or fits:
+    if controller in ("ros", "csv") or fits:
         check(program, controller)
     else:
         with pytest.raises(InputError, match="external"):

@@ -32,8 +32,10 @@ class Axes:
         return [*self.arm, *self.external]
 
 
-def axes(robot: Robot, settings: Settings, controller: str, external: int) -> Axes:
-    """Axes of a controller that holds six of the arm and `external` more.
+def axes(
+    robot: Robot, settings: Settings, controller: str, external: int, inside: int = ARM_AXES
+) -> Axes:
+    """Axes of a controller that holds `inside` axes of the arm and `external` more.
 
     Raises:
         InputError: the robot has more joints than the controller, or it is not clear which are
@@ -50,11 +52,11 @@ def axes(robot: Robot, settings: Settings, controller: str, external: int) -> Ax
     else:
         outside = []
     arm = tuple(i for i in range(n) if i not in outside)
-    if len(arm) > ARM_AXES:
+    if len(arm) > inside:
         hint = "; name the external axes with --external" if external else ""
         raise InputError(
             f"robot {robot.name!r} has {len(arm)} joints in its arm, {controller} takes at most "
-            f"{ARM_AXES}{hint}"
+            f"{inside}{hint}"
         )
     if len(outside) > external:
         takes = f"at most {external}" if external else "none"

@@ -16,6 +16,7 @@ from elastocal.io.exports.wording import header
 from elastocal.robot_program import Measure, Move, RobotProgram, Settle
 
 LONGEST_NAME = 64
+MOST_AXES = 99
 _LARGEST = 1e6
 
 
@@ -24,7 +25,7 @@ def write(program: RobotProgram, settings: Settings) -> dict[str, str]:
     if settings.trigger:
         raise InputError("a table cannot set outputs; leave the trigger out")
     robot = program.robot
-    layout = axes(robot, settings, "RoboDK", 6)
+    layout = axes(robot, settings, "a table", MOST_AXES, MOST_AXES)
     values = readings(
         program, settings, "CSV", scale=robot.shown_scale, decimals=6, largest=_LARGEST
     )
