@@ -213,7 +213,7 @@ def _linearise(
     k = compliance.T
     tangent = np.eye(p)[..., None] - k[:, None] * slope
     right = np.concatenate([(k * effort - displacement.T)[:, None], _diagonal(effort)], axis=1)
-    solved = np.linalg.solve(tangent.transpose(2, 0, 1), right.transpose(2, 0, 1))
+    solved = _solved(tangent.transpose(2, 0, 1), right.transpose(2, 0, 1))
     points = [posture.point(marker) for marker in arm.tool.markers]
     return Linearisation(
         step=solved[:, :, 0],
@@ -235,6 +235,17 @@ def _loads(
             weight = body.mass * arm.gravity[:, None]
             loads.append((posture.point(body.center, body.body), weight, arm.sprung < body.body))
     return loads
+
+
+def _solved(matrices: Array, right: Array) -> Array:
+    """Solutions of N systems; not a number where a load is just the one that buckles the arm."""
+    try:
+        return np.asarray(np.linalg.solve(matrices, right))
+    except np.linalg.LinAlgError:
+        singular = np.linalg.det(matrices) == 0.0
+        matrices = np.where(singular[:, None, None], np.nan, matrices)
+        with np.errstate(invalid="ignore"):
+            return np.asarray(np.linalg.solve(matrices, right))
 
 
 def _diagonal(effort: Array) -> Array:
