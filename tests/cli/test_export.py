@@ -7,8 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from rich.table import Table
 
 from elastocal.io.exports import ENDINGS, WRITERS
+from elastocal.terminal.console import whole
 from tests.cli.test_commands import run
 from tests.io.exports.campaigns import EXAMPLES
 from tests.io.exports.parsers import PARSERS
@@ -166,3 +168,13 @@ def test_a_table_is_not_written_over_its_plan(tmp_path: Path) -> None:
 
 def test_every_ending_is_known() -> None:
     assert set(ENDINGS) == set(WRITERS)
+
+
+def test_a_table_wider_than_the_terminal_is_not_cut(capsys: pytest.CaptureFixture[str]) -> None:
+    table = Table()
+    for i in range(30):
+        table.add_column(f"joint {i}")
+    table.add_row(*[f"{i}.12345" for i in range(30)])
+    whole(table)
+    shown = capsys.readouterr().out
+    assert all(f" {i}.12345 " in shown and f" joint {i} " in shown for i in range(30))

@@ -34,9 +34,11 @@ def progress(title: str) -> Iterator[Tell]:
 
 def whole(table: Table) -> None:
     """Print a table without cutting numbers off, wider than the terminal if need be."""
-    room = out.options.update(max_width=1000)
+    room = out.options.update(width=1000, max_width=1000)
     width = max(out.width, Measurement.get(out, room, table).maximum)
-    out.print(table, width=width, crop=False, no_wrap=True, overflow="ignore", soft_wrap=True)
+    # A console never prints wider than itself, whatever it is told.
+    wide = Console(file=out.file, width=width, highlight=False)
+    wide.print(table, crop=False, no_wrap=True, overflow="ignore", soft_wrap=True)
 
 
 def numbers(vector: Array) -> str:
