@@ -54,6 +54,8 @@ def write(program: RobotProgram, settings: Settings) -> dict[str, str]:
         "  BAS (#INITMOV,0)",
         f"  BAS (#VEL_PTP,{percent})",
         f"  BAS (#ACC_PTP,{percent})",
+        "  BAS (#TOOL,1) ; the empty calibration tool, with its load data",
+        "  BAS (#BASE,0)",
         ";ENDFOLD (INI)",
     ]
     for step in program.steps:
