@@ -177,6 +177,7 @@ def test_every_key_of_a_plan_is_documented() -> None:
     document = plan_document(ec.plan(study))
     keys = {*document, *document["certificate"], *document["load_cases"][0]}
     keys |= {*document["certificate"]["peak"], *document["certificate"]["continuous_design"][0]}
+    keys |= {*document["schedule"]}
     keys |= {*document["study"], *document["load_cases"][0]["nearest_constraint"]}
     assert keys <= words(DOCS / "file-formats.md")
 

@@ -23,6 +23,8 @@ from elastocal.design.exact import Effort, exact_design
 from elastocal.errors import InfeasibleError
 from elastocal.identifiability import check_count, check_identifiable
 from elastocal.load_case import LoadCases
+from elastocal.ordering import best_order
+from elastocal.schedule import Schedule, schedule
 from elastocal.simplification import simplify
 from elastocal.study import Study
 
@@ -55,6 +57,11 @@ class Plan:
     def count(self) -> int:
         """Number of experiments m."""
         return int(self.repeats.sum())
+
+    @property
+    def schedule(self) -> Schedule:
+        """Times of moving, measuring and changing loads."""
+        return schedule(self.load_cases, self.repeats, self.study.pace)
 
 
 def plan(
@@ -98,13 +105,15 @@ def plan(
     )
     bound = confirmed(study, bound, design.x, rng)
     cases, free = simplify(study, space.load_cases(design.x))
+    sequence = best_order(cases, study.pace).sequence
+    cases, repeats = LoadCases(cases.q[sequence], cases.wrench[sequence]), design.counts[sequence]
     tell("exact plan", 1.0)
-    worth = assess(study, cases, design.counts)
+    worth = assess(study, cases, repeats)
     if worth.violations:
         raise InfeasibleError(f"no feasible plan was found: in the best, {worth.violations[0]}")
     return Plan(
         load_cases=cases,
-        repeats=frozen(design.counts, np.int64),
+        repeats=frozen(repeats, np.int64),
         assessment=worth,
         certificate=certificate(study, bound, worth, m),
         criterion=study.criterion,

@@ -20,6 +20,7 @@ from elastocal.known_pose import KnownPose
 from elastocal.load_case import LoadCases
 from elastocal.load_case_space import LoadCaseSpace
 from elastocal.loads import FixedVector, Load
+from elastocal.pace import Pace, for_robot
 from elastocal.robot import Robot, Tool
 
 
@@ -109,6 +110,7 @@ class Study:
         limits: (2, n) lower and upper joint values allowed [rad or m]; the robot's if not given.
         criterion: Name of the criterion to plan for; see `criteria.CRITERIA`.
         prior: (p, p) information there is already [(N·m/rad)²]; none if not given.
+        pace: How long things take at the cell; the usual if not given.
         gravity: (3,) acceleration that the masses of the links feel [m/s²]; zero: left out.
         controller: What the controller shows for the joint values of the model; the same if None.
         known_poses: Poses read off at the robot, to check the model with.
@@ -125,6 +127,7 @@ class Study:
     limits: Array = field(default_factory=unset)
     criterion: str = "test-pose"
     prior: Array = field(default_factory=unset)
+    pace: Pace = field(default_factory=Pace)
     gravity: Array = field(default_factory=lambda: np.zeros(3))
     controller: Coupling | None = None
     known_poses: tuple[KnownPose, ...] = ()
@@ -134,6 +137,7 @@ class Study:
     def __post_init__(self) -> None:
         limits = self.limits if self.limits.size else [self.robot.lower, self.robot.upper]
         object.__setattr__(self, "limits", frozen(_finite_limits(self.robot, np.array(limits))))
+        object.__setattr__(self, "pace", for_robot(self.pace, self.robot, self.limits))
         p = len(self.springs)
         prior = self.prior if self.prior.size else np.zeros((p, p))
         object.__setattr__(self, "prior", frozen(prior))

@@ -62,6 +62,42 @@ CASES: dict[str, tuple[str, str, list[str], int]] = {
     "no experiments": ("count: 12", "count: 0", ["line 12", "from 1"], 2),
     "negative sigma": ("sigma_mm: 0.03", "sigma_mm: -0.03", ["positive", "-0.03"], 2),
     "zero sigma": ("sigma_mm: 0.03", "sigma_mm: 0", ["positive"], 2),
+    "speed without unit": (
+        "instrument:", "motion: {max_speed: 10}\ninstrument:", ["line 13", "'max_speed_deg_s'"], 2),
+    "speed of no joint": (
+        "instrument:", "motion: {max_speed_deg_s: {A9: 5}}\ninstrument:", ["line 13", "'A9'"], 2),
+    "speed in the other unit": (
+        "instrument:", "motion: {max_speed_mm_s: {A1: 5}}\ninstrument:",
+        ["line 13", "'A1' belongs under max_speed_deg_s"], 2),
+    "speed zero": ("instrument:", "motion: {max_speed_deg_s: 0}\ninstrument:", ["positive"], 2),
+    "home out of limits": (
+        "instrument:", "motion: {home_deg: [0, 9, 0, 0, 0, 0]}\ninstrument:",
+        ["line 13", "home has A2 at 9°", "-140 to 0"], 2),
+    "home of five angles": (
+        "instrument:", "motion: {home_deg: [0, 0, 0, 0, 0]}\ninstrument:",
+        ["line 13", "home_deg needs 6 angles", "found 5"], 2),
+    "settling in minutes": (
+        "instrument:", "campaign: {settle_min: 1}\ninstrument:",
+        ["line 13", "unit is not accepted", "'settle_s'"], 2),
+    "negative time": (
+        "instrument:", "campaign: {measure_min: -1}\ninstrument:",
+        ["line 13", "measure_min must not be negative"], 2),
+    "tracker and sigma": (
+        "{sigma_mm: 0.03}", "{sigma_mm: 0.03, tracker: {position_mm: [3000, 0, 0], preset: x}}",
+        ["line 13", "exactly one"], 2),
+    "no such preset": (
+        "{sigma_mm: 0.03}", "{tracker: {position_mm: [3000, 0, 0], preset: leica}}",
+        ["line 13", "no preset 'leica'", "leica-at500"], 2),
+    "preset and numbers": (
+        "{sigma_mm: 0.03}",
+        "{tracker: {position_mm: [3000, 0, 0], preset: leica-at500, along_um: 5}}",
+        ["line 13", "either preset or along_um"], 2),
+    "tracker without noise": (
+        "{sigma_mm: 0.03}", "{tracker: {position_mm: [3000, 0, 0], along_um: 5}}",
+        ["line 13", "'across_um' is missing", "preset"], 2),
+    "tracker nowhere": (
+        "{sigma_mm: 0.03}", "{tracker: {preset: leica-at500}}",
+        ["line 13", "'position_mm' is missing"], 2),
     "zero load": ("[0, 0, -2500]", "[0, 0, 0]", ["nothing deflects", "line 9"], 2),
     "no load": ("  force_N: [0, 0, -2500]\n", "", ["nothing of the load"], 2),
     "two loads": ("  count: 12", "  max_force_N: 5\n  count: 12", ["line 12", "either"], 2),

@@ -68,7 +68,7 @@ def write_plan(plan: Plan, path: str | Path) -> None:
 def plan_document(plan: Plan) -> dict[str, Any]:
     """The content of plan.json: degrees, millimetres, newtons."""
     study, worth = plan.study, plan.assessment
-    robot = study.robot
+    robot, times = study.robot, plan.schedule
     cases = []
     for i, case in enumerate(_cases(robot, plan.load_cases)):
         near = worth.nearest[i]
@@ -79,6 +79,7 @@ def plan_document(plan: Plan) -> dict[str, Any]:
             case
             | {
                 "repeats": int(plan.repeats[i]),
+                "done_after_min": float(times.ends[i]) / 60.0,
                 "nearest_constraint": {
                     "name": near.name,
                     "margin": scale * near.margin,
@@ -98,6 +99,10 @@ def plan_document(plan: Plan) -> dict[str, Any]:
         "experiments": plan.count,
         "free_joints": list(plan.free_joints),
         "load_cases": cases,
+        "schedule": {
+            "hours": times.hours,
+            **{f"{what.replace(' ', '_')}_min": value for what, value in times.minutes.items()},
+        },
         "rho0_mm": 1e3 * worth.rho0,
         "rho0_each_mm": {
             pose.name: 1e3 * rho

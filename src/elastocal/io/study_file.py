@@ -17,6 +17,7 @@ from elastocal.io.constraint_section import constraints_of, limits_of
 from elastocal.io.files import read_text
 from elastocal.io.instrument_section import instrument_of
 from elastocal.io.joint_values import configuration
+from elastocal.io.pace_section import pace_of
 from elastocal.io.plan_file import read_proposal
 from elastocal.io.robot_section import coupling_of, find_tool, known_pose_of, robot_of, tool_of
 from elastocal.io.schema import (
@@ -97,6 +98,7 @@ class _Reader:
         constraints = self._at(
             ("constraints",), lambda: constraints_of(file.constraints, experiments.tool)
         )
+        pace = self._at((), lambda: pace_of(file.motion, file.campaign, robot, limits), ("motion",))
         study = self._at(
             ("constraints",),
             lambda: Study(
@@ -105,6 +107,7 @@ class _Reader:
                 test_poses=poses,
                 experiments=experiments,
                 instrument=instrument,
+                pace=pace,
                 gravity=np.array(file.gravity_m_s2 or [0.0, 0.0, 0.0]),
                 constraints=constraints,
                 limits=limits,
@@ -147,8 +150,11 @@ class _Reader:
                 f"{', '.join(springs.names)}: their deflections are zero there",
             )
 
-    def _at(self, path: Path_, make: Any) -> Any:
-        """`make()`, with the line of `path` in front of an error that has none."""
+    def _at(self, path: Path_, make: Any, usual: Path_ = ()) -> Any:
+        """`make()`, with the line of `path` in front of an error that has none.
+
+        An error that says where it is has the path below `path`; others are at `path` or `usual`.
+        """
         try:
             return make()
         except StudyError:
@@ -156,7 +162,7 @@ class _Reader:
         except LocatedError as error:
             raise self._error((*path, *error.path), str(error)) from None
         except InputError as error:
-            raise self._error(path, str(error)) from None
+            raise self._error(path or usual, str(error)) from None
 
     def _error(self, path: Path_, message: str) -> StudyError:
         return StudyError(f"{self.document.where(path)}: {message}")

@@ -15,6 +15,7 @@ from elastocal.evaluation import Evaluation
 from elastocal.io.compliance_units import unit_of
 from elastocal.planning import Plan
 from elastocal.robot import Robot
+from elastocal.schedule import Schedule
 from elastocal.study import Study
 from elastocal.terminal.console import micrometres, numbers, out, whole
 
@@ -32,6 +33,7 @@ def show_plan(plan: Plan) -> None:
         "after compensation at the test poses"
     )
     out.print(Text(certificate_sentence(plan.certificate, plan.count)))
+    out.print(Text(duration_sentence(plan.schedule)))
 
 
 def _run_sheet(robot: Robot, plan: Plan) -> Table:
@@ -113,6 +115,12 @@ def certificate_sentence(certificate: Certificate, count: int) -> str:
             " The criterion leaves some compliances out; a small floor keeps them identifiable."
         )
     return sentence
+
+
+def duration_sentence(times: Schedule) -> str:
+    """How long a plan takes, and with what."""
+    parts = [f"{minutes:.3g} min {what}" for what, minutes in times.minutes.items()]
+    return f"About {times.hours:.2g} h at the cell: {', '.join(parts)}."
 
 
 def show_evaluations(

@@ -4,6 +4,7 @@ Units are part of the keys. A key without its unit, or with a typing error, is a
 what was probably meant. One file per part of a study; `study.py` puts them together.
 """
 
+from elastocal.io.schema.campaign import CampaignFile, MotionFile
 from elastocal.io.schema.constraints import (
     BoxFile,
     ConstraintsFile,
@@ -34,6 +35,7 @@ from elastocal.io.schema.values import Section
 
 __all__ = [
     "BoxFile",
+    "CampaignFile",
     "CheckPoseFile",
     "ConeFile",
     "ConstraintsFile",
@@ -43,6 +45,7 @@ __all__ = [
     "ElevationFile",
     "ExperimentsFile",
     "InstrumentFile",
+    "MotionFile",
     "PriorFile",
     "RobotFile",
     "Section",

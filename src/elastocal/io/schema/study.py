@@ -9,6 +9,7 @@ from typing import Any, Literal
 from pydantic import Field, ValidationError
 
 from elastocal.errors import StudyError
+from elastocal.io.schema.campaign import CampaignFile, MotionFile
 from elastocal.io.schema.constraints import (
     BoxFile,
     ConstraintsFile,
@@ -53,6 +54,8 @@ class StudyFile(Section):
     constraints: ConstraintsFile = Field(default_factory=ConstraintsFile)
     criterion: Name = "test-pose"
     prior: PriorFile | None = None
+    motion: MotionFile | None = None
+    campaign: CampaignFile | None = None
     gravity_m_s2: Vector | None = None
     controller: ControllerFile = Field(default_factory=ControllerFile)
     check_poses: list[CheckPoseFile] = Field(default_factory=list)
@@ -165,6 +168,8 @@ _MODELS: dict[str, type[Section]] = {
     "prior": PriorFile,
     "controller": ControllerFile,
     "check_poses": CheckPoseFile,
+    "motion": MotionFile,
+    "campaign": CampaignFile,
     "dh": DHRowFile,
     "box_mm": BoxFile,
     "direction": ConeFile,
@@ -180,8 +185,14 @@ def _suggestion(root: Any, path: Path_) -> str:
         model = UrdfRobotFile
     allowed = list(model.model_fields)
     key = str(path[-1])
-    stem = re.sub(r"_(m|mm|cm|um|inch|in|rad|deg|N|kN|kg|Nm|lbf)$", "", key)
-    with_unit = [name for name in allowed if re.sub(r"_(mm|deg|N|Nm|Nm2)$", "", name) == stem]
+    stem = re.sub(
+        r"_(deg_s|rad_s|mm_s|m_s|m|mm|cm|um|inch|in|rad|deg|N|kN|kg|Nm|lbf|min|s|h)$", "", key
+    )
+    with_unit = [
+        name
+        for name in allowed
+        if re.sub(r"_(deg_s|mm_s|mm|deg|N|Nm|Nm2|min|s)$", "", name) == stem
+    ]
     if with_unit and with_unit[0] != key:
         reason = "the key has no unit" if stem == key else "this unit is not accepted here"
         return f": {reason}, write {with_unit[0]!r}"
