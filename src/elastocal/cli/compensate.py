@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,7 +14,7 @@ if TYPE_CHECKING:
     from elastocal.arrays import Array
     from elastocal.compensation import Compensation
     from elastocal.io.path_file import ToolPath
-    from elastocal.robot import Robot, Tool
+    from elastocal.robot import Tool
     from elastocal.study import Study
 
 Vector = tuple[float, float, float]
@@ -47,6 +46,10 @@ def compensate(
     ] = None,
     truth: Annotated[
         Path | None, typer.Option(help="True compliances, to judge the correction by.")
+    ] = None,
+    to: Annotated[
+        str | None,
+        typer.Option(help="Robot program to write beside: krl, rapid, fanuc, urscript, ros, csv."),
     ] = None,
     as_json: Json = False,
 ) -> None:
@@ -85,9 +88,31 @@ def compensate(
 
         show_compensation(done, task, residual)
     _refuse(done, task)
+    # The program first: it can be refused.
+    files = _program(what, done, task, to, out, given) if to else []
     write_corrected(done, task, out)
     if not as_json:
-        print(f"wrote {out}")
+        print("wrote " + " and ".join(str(file) for file in (out, *files)))
+
+
+def _program(
+    study: Study, done: Compensation, task: ToolPath, to: str, out: Path, given: list[Path]
+) -> list[Path]:
+    """Write the corrected path as a robot program, named like the corrected file."""
+    from elastocal.cli.export import write_program
+    from elastocal.io.exports import Settings
+    from elastocal.robot_program import Provenance, path_program
+
+    program = path_program(
+        study.robot,
+        done.q,
+        name=f"{out.stem} program" if to == "csv" else out.stem,
+        purpose=f"Path {Path(task.source).name} corrected for its loads, {done.rule} rule.",
+        provenance=Provenance(study.name, task.sha256),
+    )
+    coupled = study.controller is not None and not study.controller.is_identity
+    settings = Settings(coupling=study.controller if coupled else None)
+    return write_program(program, to, settings, out.parent, "", *given, out)
 
 
 def _refuse(done: Compensation, task: ToolPath) -> None:
@@ -125,7 +150,9 @@ def _start(study: Study, tool: Tool, text: str | None) -> Array:
     import numpy as np
 
     if text is not None:
-        return _values(study.robot, text)
+        from elastocal.cli.export import home_values
+
+        return home_values(text, study.robot, "start")
     poses = sorted(
         (pose for pose in study.test_poses if pose.case is not None and pose.tool is not None),
         key=lambda pose: pose.tool is None or pose.tool.name != tool.name,
@@ -133,19 +160,3 @@ def _start(study: Study, tool: Tool, text: str | None) -> Array:
     if poses and poses[0].case is not None:
         return poses[0].case.q[0]
     return np.asarray(0.5 * (study.limits[0] + study.limits[1]))
-
-
-def _values(robot: Robot, text: str) -> Array:
-    """Joint values of 'A1=0deg A2=-90deg rail=500mm'."""
-    from elastocal.io.joint_values import configuration
-
-    values: dict[str, dict[str, float]] = {"deg": {}, "mm": {}}
-    for part in text.replace(",", " ").split():
-        found = re.fullmatch(r"([^=]+)=([-+]?\d+\.?\d*)(deg|mm)", part)
-        if not found:
-            raise InputError(f"--start: expected name=value with deg or mm, found {part!r}")
-        values[found[3]][found[1]] = float(found[2])
-    try:
-        return configuration(robot, values["deg"], values["mm"])
-    except InputError as error:
-        raise InputError(f"--start: {error}") from None

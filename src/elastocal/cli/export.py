@@ -123,7 +123,7 @@ def _place(out: Path, to: str) -> tuple[Path, str]:
     return out.parent, out.stem
 
 
-def home_values(text: str, robot: Robot) -> Array:
+def home_values(text: str, robot: Robot, what: str = "home") -> Array:
     """(n,) joint values of "A1=0deg A2=-90deg rail=500mm", every joint once [rad or m]."""
     import numpy as np
 
@@ -133,22 +133,22 @@ def home_values(text: str, robot: Robot) -> Array:
     for part in text.replace(",", " ").split():
         found = re.fullmatch(r"([^=]+)=([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)(deg|mm)", part)
         if not found:
-            raise InputError(f"home: expected name=value with deg or mm, found {part!r}")
+            raise InputError(f"{what}: expected name=value with deg or mm, found {part!r}")
         name, number, unit = found.groups()
         joint = robot.joints[robot.index([name])[0]]
         if (unit == "mm") != joint.prismatic:
             wanted = "mm" if joint.prismatic else "deg"
-            raise InputError(f"home: joint {name!r} is given in {unit}, expected {wanted}")
+            raise InputError(f"{what}: joint {name!r} is given in {unit}, expected {wanted}")
         if name in values:
-            raise InputError(f"home: joint {name!r} is given twice")
+            raise InputError(f"{what}: joint {name!r} is given twice")
         try:
             value = float(number)
         except ValueError:
-            raise InputError(f"home: expected a number, found {number!r}") from None
+            raise InputError(f"{what}: expected a number, found {number!r}") from None
         values[name] = value / 1e3 if joint.prismatic else float(np.radians(value))
     missing = [name for name in robot.joint_names if name not in values]
     if missing:
-        raise InputError(f"home: joint {missing[0]!r} is missing")
+        raise InputError(f"{what}: joint {missing[0]!r} is missing")
     return frozen([values[name] for name in robot.joint_names])
 
 

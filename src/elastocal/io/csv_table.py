@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,15 +10,16 @@ from pathlib import Path
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.errors import PathFileError
-from elastocal.io.files import read_text
+from elastocal.errors import MeasurementFileError, PathFileError
+from elastocal.io.measurements.decoding import decoded
+from elastocal.io.measurements.layout import Style, layout
+from elastocal.io.measurements.units import UNITS, spelled, split_header
 
-ANGLES = {"deg": np.pi / 180.0, "°": np.pi / 180.0, "rad": 1.0}
-LENGTHS = {"mm": 1e-3, "m": 1.0}
-FORCES = {"N": 1.0, "kN": 1e3}
-TORQUES = {"N.m": 1.0, "N·m": 1.0, "Nm": 1.0}
+ANGLES, LENGTHS = UNITS["angle"], UNITS["length"]
+FORCES, TORQUES = UNITS["force"], UNITS["torque"]
 PLAIN = {"": 1.0, "-": 1.0}
 
+_COMMA = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?")
 _LARGEST = 1e12
 
 
@@ -30,6 +29,7 @@ class Table:
 
     Attributes:
         path: File it comes from.
+        sha256: Hash of its bytes.
         header_line: Line of the header.
         columns: Name of every column with its unit, empty if it has none.
         rows: Line number and cells of every row that is not blank.
@@ -37,6 +37,7 @@ class Table:
     """
 
     path: Path
+    sha256: str
     header_line: int
     columns: tuple[tuple[str, str], ...]
     rows: tuple[tuple[int, tuple[str, ...]], ...]
@@ -65,13 +66,12 @@ class Table:
         result = np.zeros((len(self.rows), len(names)))
         for j, name in enumerate(names):
             index = self.names.index(name)
-            unit = self.columns[index][1]
+            unit = spelled(self.columns[index][1])
             if unit not in units:
-                known = " or ".join(f"[{u}]" for u in units if u not in ("°", "N·m", "Nm", "-"))
-                found = f"[{unit}]" if unit else "none"
+                known = "no unit" if "" in units else f"one of the units {', '.join(units)}"
                 raise PathFileError(
-                    f"{self.path}, line {self.header_line}, column {name!r}: expected the unit "
-                    f"{known or 'to be left out'}, found {found}"
+                    f"{self.path}, line {self.header_line}, column {name!r}: expected {known}, "
+                    f"found {f'[{unit}]' if unit else 'none'}"
                 )
             for i, (line, cells) in enumerate(self.rows):
                 where = f"{self.path}, line {line}, column {name!r}"
@@ -79,6 +79,13 @@ class Table:
         return result
 
     def _number(self, cell: str, where: str) -> float:
+        if not cell:
+            raise PathFileError(f"{where}: the cell is empty; expected a number")
+        if self.decimal_comma and "." in cell:
+            raise PathFileError(
+                f"{where}: expected a number with a decimal comma as in other cells, found "
+                f"{cell[:40]!r}"
+            )
         try:
             value = float(cell.replace(",", ".") if self.decimal_comma else cell)
         except ValueError:
@@ -89,38 +96,23 @@ class Table:
 
 
 def read_table(path: Path) -> Table:
-    """The table in a CSV file; separated by commas, or by semicolons with decimal commas or points.
+    """The table in a text file; delimiters and encodings as in measurement files.
+
+    A comma is the decimal sign where it does not separate cells and numbers have it.
 
     Raises:
         PathFileError: no table, no rows, rows of another length than the header, a column twice.
     """
-    text = read_text(path)
-    first = next((line for line in text.splitlines() if line.strip()), "")
-    separator = ";" if ";" in first else ","
     try:
-        reader = csv.reader(io.StringIO(text, newline=None), delimiter=separator)
-        lines = [(reader.line_num, [cell.strip() for cell in row]) for row in reader]
-    except csv.Error as error:
-        raise PathFileError(f"{path}: not a table of separated values: {error}") from None
-    filled = [(line, row) for line, row in lines if any(row)]
-    if len(filled) < 2:
-        raise PathFileError(f"{path}: expected a header and at least one row of numbers")
-    header_line, header = filled[0]
-    for line, row in filled[1:]:
-        if len(row) != len(header):
-            raise PathFileError(
-                f"{path}, line {line}: {len(row)} cells where the header has {len(header)}"
-            )
-    columns = tuple(_named(cell) for cell in header)
+        file = decoded(path)
+        found = layout(file, Style())
+        rows = tuple((line, tuple(cell.strip() for cell in row)) for line, row in found.rows())
+    except MeasurementFileError as error:
+        raise PathFileError(str(error)) from None
+    columns = tuple((name, unit or "") for name, unit in map(split_header, found.header))
     names = [name for name, _ in columns]
     for name in names:
         if name and names.count(name) > 1:
-            raise PathFileError(f"{path}, line {header_line}: column {name!r} is there twice")
-    rows = tuple((line, tuple(row)) for line, row in filled[1:])
-    return Table(path, header_line, columns, rows, separator == ";")
-
-
-def _named(cell: str) -> tuple[str, str]:
-    """Name and unit of a header such as 'A1 [deg]'."""
-    found = re.fullmatch(r"(.*?)\s*\[([^\]]*)\]", " ".join(cell.split()))
-    return (found[1], found[2].strip()) if found else (" ".join(cell.split()), "")
+            raise PathFileError(f"{path}, line {found.first}: column {name!r} is there twice")
+    commas = any(_COMMA.fullmatch(cell) for _, row in rows for cell in row)
+    return Table(path, file.sha256, found.first, columns, rows, commas)

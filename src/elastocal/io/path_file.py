@@ -6,7 +6,6 @@ the path from a configuration to start with.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -105,7 +104,7 @@ def read_path(
         form=form,
         remarks=(*remarks, *_jumps(table, robot, q)),
         source=str(path),
-        sha256=hashlib.sha256(path.read_bytes()).hexdigest(),
+        sha256=table.sha256,
     )
 
 
