@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from elastocal.cli.common import Json, StudyPath, app, guarded, print_json, template_path
+from elastocal.cli.common import (
+    Json,
+    StudyPath,
+    app,
+    guarded,
+    print_json,
+    template_path,
+    writable,
+)
 from elastocal.errors import InputError
 
 if TYPE_CHECKING:
@@ -31,12 +39,24 @@ def init(
 
 @app.command()
 @guarded
-def check(study: StudyPath, as_json: Json = False) -> None:
+def check(
+    study: StudyPath,
+    picture: Annotated[
+        Path | None, typer.Option(help="Draw the robot to this file (.svg or .html).")
+    ] = None,
+    as_json: Json = False,
+) -> None:
     """Say what a study means: robot, reach, units, loads, what is identifiable."""
     from elastocal.checkup import check as look
     from elastocal.io.study_file import read_study
 
+    if picture is not None:
+        writable(picture, study)
+        if picture.suffix.lower() not in (".svg", ".html"):
+            raise InputError(f"{picture}: expected a name that ends in .svg or .html")
     what = read_study(study)
+    if picture is not None:
+        _draw(what, picture)
     found = look(what)
     if as_json:
         print_json(
@@ -45,7 +65,7 @@ def check(study: StudyPath, as_json: Json = False) -> None:
                 "feasible_share": found.feasible_share,
                 "bottleneck": found.bottleneck,
                 "remarks": list(found.remarks),
-                "check_poses": pose_deviations(what, found),
+                "check_poses": _pose_deviations(what, found),
                 "problem": None if found.problem is None else str(found.problem),
             }
         )
@@ -53,11 +73,22 @@ def check(study: StudyPath, as_json: Json = False) -> None:
         from elastocal.terminal.studies import show_check
 
         show_check(what, found)
+    if picture is not None and not as_json:
+        print(f"wrote {picture}")
     if found.problem is not None:
         raise found.problem
 
 
-def pose_deviations(study: Study, found: Checkup) -> dict[str, float]:
+def _draw(study: Study, path: Path) -> None:
+    """Write the picture of the robot, alone or as a page."""
+    from elastocal.io.files import write_text
+    from elastocal.report.check_picture import check_page, check_picture
+
+    drawn = check_page if path.suffix.lower() == ".html" else check_picture
+    write_text(path, drawn(study))
+
+
+def _pose_deviations(study: Study, found: Checkup) -> dict[str, float]:
     """How far the model is off in each check pose [mm], by its name."""
     import numpy as np
 

@@ -12,10 +12,10 @@ import numpy as np
 from markupsafe import Markup
 
 from elastocal.arrays import Array
+from elastocal.report.projection import Projection
 from elastocal.report.stage import Figure, Stage
 from elastocal.report.svg import drawing, join, line, polyline, tag, text
 
-_AZIMUTH, _ELEVATION = np.radians(-52.0), np.radians(17.0)
 _GRID = 0.5  # floor squares [m]
 _LONGEST = 9  # letters of a load that fit beside its arrow
 
@@ -30,24 +30,18 @@ class View:
 
     def __init__(self, stage: Stage, width: float = 300.0) -> None:
         """Fit the box of `stage` into `width` pixels."""
-        c, s = np.cos(_AZIMUTH), np.sin(_AZIMUTH)
-        lift = np.array([-c * np.sin(_ELEVATION), -s * np.sin(_ELEVATION), np.cos(_ELEVATION)])
-        self._axes = np.array([[-s, c, 0.0], -lift])
         drawn = _drawn(stage)
         bodies = [f.skeleton.points for f in (*stage.planned, *stage.tests, *stage.peak)]
         lowest = float(np.vstack(bodies)[:, 2].min())
         self.floor = lowest if lowest < -0.02 * stage.size else 0.0
         flat = drawn * [1.0, 1.0, 0.0] + [0.0, 0.0, self.floor]
-        seen = np.vstack([drawn, flat]) @ self._axes.T
-        low, high = seen.min(axis=0), seen.max(axis=0)
-        self._scale = (width - 64.0) / float(high[0] - low[0])
-        self._shift = [32.0, 18.0] - self._scale * low
-        self.width, self.height = width, 40.0 + self._scale * float(high[1] - low[1])
+        self._project = Projection(np.vstack([drawn, flat]), width)
+        self.width, self.height = width, self._project.height
         self._ends = self._grid_ends(stage)
 
     def __call__(self, points: Array) -> Array:
         """(K, 2) pixels of points (K, 3) [m]."""
-        return np.asarray(points @ self._axes.T * self._scale + self._shift)
+        return self._project(points)
 
     def floor_grid(self) -> Markup:
         """The floor, in squares of half a metre."""
