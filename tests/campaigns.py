@@ -1,37 +1,70 @@
-"""The KR 270 campaigns of the paper with a truth, for tests of statistics."""
+"""Made-up campaigns for tests: load cases, deflections from an independent route, noise."""
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 
-from elastocal.compliance_model import ComplianceModel
-from elastocal.io.model_file import read_model
-from elastocal.io.study_file import read_study
+from elastocal.arrays import Array
+from elastocal.elastic_arm import ElasticArm
+from elastocal.elastostatics import deflection, joint_springs
+from elastocal.equilibrium import loaded_deflection
 from elastocal.load_case import LoadCases
-from elastocal.study import Study
-from tests.paper.published import CALIBRATION_FORCE, TABLE_5
+from elastocal.measurement import Measurements
+from elastocal.robot import Tool
+from elastocal.robots import kuka_kr270
 
-FOLDER = Path(__file__).parents[1] / "examples" / "kr270"
-
-
-def kr270_study() -> Study:
-    return read_study(FOLDER / "study.yaml")
-
-
-def kr270_truth(study: Study) -> ComplianceModel:
-    return read_model(FOLDER / "truth.json", study.robot)
-
-
-def published_cases(m: int, force: np.ndarray = CALIBRATION_FORCE) -> LoadCases:
-    """The m load cases of a row of Table 5."""
-    q = np.radians([[0.0, *row] for row in TABLE_5[m]])
-    return LoadCases(q, np.tile([*force, 0.0, 0.0, 0.0], (m, 1)))
+NAMES = ("A2", "A3", "A4", "A5", "A6")
+TRUTH = np.array([0.302, 0.406, 3.002, 3.303, 2.365]) * 1e-6
+SIGMA = 3e-5
+MARKERS = Tool(
+    "cross",
+    np.array([0.6115, 0.0, -0.46]),
+    np.array([[0.6115, 0.0, -0.46], [0.2, 0.3, 0.1], [0.2, -0.3, 0.1]]),
+    ("M1", "M2", "M3"),
+)
 
 
-def published_plans(experiments: int = 12) -> dict[str, tuple[LoadCases, np.ndarray]]:
-    """The plans of Table 5, each repeated to as many experiments."""
-    return {
-        f"{m} configurations": (published_cases(m), np.full(m, experiments // m)) for m in TABLE_5
-    }
+def arm(names: tuple[str, ...] = NAMES, tool: Tool | None = None) -> ElasticArm:
+    """The KR 270 with springs in the joints called `names`."""
+    robot = kuka_kr270()
+    return ElasticArm(robot, joint_springs(robot, names), tool or robot.tools["calibration"])
+
+
+def hung(count: int, seed: int = 0, force: float = 2500.0, repeats: int = 1) -> LoadCases:
+    """Random configurations within the joint limits with a weight hung from the load point."""
+    rng = np.random.default_rng(seed)
+    robot = kuka_kr270()
+    q = np.repeat(rng.uniform(robot.lower, robot.upper, (count, 6)), repeats, axis=0)
+    wrench = np.tile([0.0, 0.0, -force, 0.0, 0.0, 0.0], (len(q), 1))
+    return LoadCases(q, wrench)
+
+
+def measured(
+    bent: ElasticArm,
+    cases: LoadCases,
+    truth: Array = TRUTH,
+    *,
+    rng: np.random.Generator | None = None,
+    linear: bool = False,
+    promised: float = SIGMA,
+    noise: float = SIGMA,
+) -> Measurements:
+    """Every marker once in every load case; without noise if there is no `rng`."""
+    count, markers = len(cases), len(bent.tool.markers)
+    if linear:
+        exact = deflection(bent.robot, bent.springs, truth, bent.tool, cases)[:, :-3]
+    else:
+        exact = loaded_deflection(bent, truth, cases)
+    values = exact.reshape(-1, 3)
+    if rng is not None:
+        values = values + noise * rng.normal(size=values.shape)
+    return Measurements(
+        tool=bent.tool,
+        cases=cases,
+        names=tuple(f"E{i + 1}" for i in range(count)),
+        case=np.repeat(np.arange(count), markers),
+        marker=np.tile(np.arange(markers), count),
+        deflection=values,
+        covariance=np.tile(promised**2 * np.eye(3), (len(values), 1, 1)),
+        source="test",
+    )

@@ -1,0 +1,212 @@
+"""`identify` and `validate`: from measurements to a model, and whether it holds."""
+
+from __future__ import annotations
+
+import hashlib
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from elastocal.cli.common import Json, StudyPath, app, guarded, print_json, study_at, writable
+from elastocal.errors import InputError
+
+if TYPE_CHECKING:
+    from elastocal.compliance_model import ComplianceModel
+    from elastocal.identification import Identification
+    from elastocal.measurement import Measurements
+    from elastocal.study import Study
+
+
+class Model(StrEnum):
+    """What the deflections are fitted with."""
+
+    equilibrium = "equilibrium"
+    linear = "linear"
+
+
+class Sigma(StrEnum):
+    """Whether the noise is known."""
+
+    known = "known"
+    estimated = "estimated"
+
+
+class Losses(StrEnum):
+    """How outlying readings count."""
+
+    squares = "squares"
+    huber = "huber"
+    bisquare = "bisquare"
+
+
+Readings = Annotated[
+    list[Path],
+    typer.Argument(metavar="MEASUREMENTS", help="Measured deflections (CSV).", show_default=False),
+]
+Map = Annotated[
+    Path | None, typer.Option("--map", help="What the columns of a foreign file mean (YAML).")
+]
+
+Prior = Annotated[Path | None, typer.Option(help="Model from before, weighed by its covariance.")]
+Known = Annotated[Path | None, typer.Option(help="Model of further joints, taken as it is.")]
+
+
+@app.command()
+@guarded
+def identify(
+    study: StudyPath,
+    measurements: Readings,
+    out: Annotated[Path, typer.Option("--out", "-o", help="Model to write.")] = Path("model.json"),
+    mapping: Map = None,
+    model: Annotated[
+        Model, typer.Option(help="Equilibrium under load, or the linear model of the paper.")
+    ] = Model.equilibrium,
+    sigma: Annotated[
+        Sigma, typer.Option(help="Noise as promised, or estimated from the residuals.")
+    ] = Sigma.known,
+    loss: Annotated[Losses, typer.Option(help="How outlying readings count.")] = Losses.squares,
+    nonnegative: Annotated[
+        bool, typer.Option("--nonnegative", help="Rule out compliances below zero.")
+    ] = False,
+    prior: Prior = None,
+    known: Known = None,
+    confidence: Annotated[float, typer.Option(help="Confidence of the intervals.")] = 0.95,
+    as_json: Json = False,
+) -> None:
+    """Identify the compliances from measurements; write model.json."""
+    from elastocal.identification import identify as fit
+    from elastocal.io.identification_section import identification_sections
+    from elastocal.io.model_file import model_document, write_model
+    from elastocal.uncertainty import Fit
+
+    writable(out, study, *measurements, suffix=".json")
+    what = study_at(study)
+    data = readings(what, measurements, mapping)
+    found = fit(
+        what.arm,
+        data,
+        Fit(model.value, sigma.value, loss.value, nonnegative, confidence),
+        prior=model_at(prior, what),
+        known=model_at(known, what),
+    )
+    sections, origin = identification_sections(found), provenance(what, data, prior, known)
+    write_model(found.model, out, what.robot, provenance=origin, sections=sections)
+    if as_json:
+        print_json(model_document(found.model, what.robot, provenance=origin, sections=sections))
+        return
+    show(found, data)
+    print(f"wrote {out}")
+
+
+def show(found: Identification, data: Measurements) -> None:
+    """An identification, with what looks odd in its readings."""
+    from elastocal.terminal.identifications import show_identification
+
+    show_remarks(data)
+    show_identification(found)
+
+
+def show_remarks(data: Measurements) -> None:
+    """What looks odd in readings."""
+    from rich.text import Text
+
+    from elastocal.terminal.console import out
+
+    for remark in data.remarks:
+        out.print(Text(f"Note: {remark.rstrip('.')}.", style="yellow"))
+
+
+def readings(study: Study, paths: list[Path], mapping: Path | None) -> Measurements:
+    """The readings in one file, or in three that belong together row by row."""
+    from elastocal.io.measurement_file import read_measurements
+
+    chosen: Any = paths[0] if len(paths) == 1 else paths
+    return read_measurements(chosen, study, mapping)
+
+
+def provenance(study: Study, data: Measurements, *models: Path | None) -> dict[str, Any]:
+    """Hashes of everything a model was made from."""
+    from elastocal.io.plan_file import study_hash
+
+    return {
+        "study": {"name": study.name, "sha256": study_hash(study)},
+        "measurements": {"name": data.source, "sha256": data.sha256},
+        "models": [
+            {"name": path.name, "sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
+            for path in models
+            if path is not None
+        ],
+    }
+
+
+@app.command()
+@guarded
+def validate(
+    study: StudyPath,
+    model: Annotated[Path, typer.Argument(help="Model (JSON).", show_default=False)],
+    measurements: Readings,
+    mapping: Map = None,
+    prior: Prior = None,
+    known: Known = None,
+    confidence: Annotated[float, typer.Option(help="Confidence of the predictions.")] = 0.95,
+    as_json: Json = False,
+) -> None:
+    """Compare a model with experiments; with those it was made from, each is left out in turn."""
+    from elastocal.io.identification_section import validation_document
+    from elastocal.io.model_file import model_sections, read_model
+    from elastocal.validation import Validation, leave_one_out
+    from elastocal.validation import validate as compare
+
+    what = study_at(study)
+    data = readings(what, measurements, mapping)
+    sections = model_sections(model)
+    origin = sections.get("provenance", {})
+    found: Validation
+    if data.sha256 and origin.get("measurements", {}).get("sha256") == data.sha256:
+        given = provenance(what, data, prior, known)["models"]
+        if origin.get("models", []) != given:
+            raise InputError(
+                f"{model}: was fitted to these measurements with a prior or known joints; leaving "
+                "experiments out in turn needs the same --prior and --known"
+            )
+        again = _fitted_again(what, data, sections, model_at(prior, what), model_at(known, what))
+        found = leave_one_out(again, confidence=confidence)
+    else:
+        found = compare(what.arm, read_model(model, what.robot), data, confidence=confidence)
+    if as_json:
+        print_json(validation_document(found))
+        return
+    from elastocal.terminal.identifications import show_validation
+
+    show_remarks(data)
+    show_validation(found)
+
+
+def model_at(path: Path | None, study: Study) -> ComplianceModel | None:
+    """The model in a file, None if no file is named."""
+    from elastocal.io.model_file import read_model
+
+    return None if path is None else read_model(path, study.robot)
+
+
+def _fitted_again(
+    study: Study,
+    data: Measurements,
+    sections: dict[str, Any],
+    prior: ComplianceModel | None,
+    known: ComplianceModel | None,
+) -> Identification:
+    """The fit that made a model, once more."""
+    from elastocal.identification import identify as fit
+    from elastocal.uncertainty import Fit
+
+    how = sections.get("identification", {})
+    chosen = Fit(
+        how.get("model", "equilibrium"),
+        how.get("sigma", "known"),
+        how.get("loss", "squares"),
+        bool(how.get("nonnegative", False)),
+    )
+    return fit(study.arm, data, chosen, prior=prior, known=known)

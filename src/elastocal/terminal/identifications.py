@@ -1,0 +1,129 @@
+"""Identifications and validations as tables and small pictures."""
+
+from __future__ import annotations
+
+import numpy as np
+from rich import box
+from rich.table import Table
+from rich.text import Text
+
+from elastocal.identification import Identification
+from elastocal.io.compliance_units import unit_of
+from elastocal.terminal.console import micrometres, out, whole
+from elastocal.validation import Validation, summary
+
+_BAR = 25  # characters of a drawn interval
+_MOST = 20  # experiments listed one by one
+
+
+def show_identification(found: Identification) -> None:
+    """Compliances with their intervals, and what is weak in them."""
+    data = found.measurements
+    title = (
+        f"{len(found.identified)} compliances from {len(data.cases)} experiments, "
+        f"{len(data)} readings"
+    )
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
+    confidence = f"{100 * found.how.confidence:g} %"
+    for column in ("joint", "compliance", "± error", f"{confidence} interval", "stiffness"):
+        table.add_column(column, justify="left" if column == "joint" else "right")
+    table.add_column(f"0 … largest, {confidence}")
+    table.add_column("unit")
+    index = found.index
+    largest = float(np.abs(found.interval).max())
+    for j, name in enumerate(found.identified):
+        k, error = float(found.compliance[j]), float(found.standard_error[j])
+        low, high = (float(v) for v in found.interval[j])
+        slides = bool(found.model.springs.prismatic[index[j]])
+        table.add_row(
+            Text(name),
+            f"{1e6 * k:.5g}",
+            f"{1e6 * error:.2g}",
+            f"{1e6 * low:.4g} … {1e6 * high:.4g}",
+            f"{1e-6 / k:.4g}" if k > 0.0 else "–",
+            _interval(low, k, high, largest),
+            Text(f"1e-6 {unit_of('compliance', slides)}, 1e6 {unit_of('stiffness', slides)}"),
+        )
+    whole(table)
+    known = [name for name in found.model.names if name not in found.identified]
+    if known:
+        out.print(Text(f"Taken as known: {', '.join(known)}"))
+    out.print(Text(_noise(found)))
+    out.print(Text(_linear(found)))
+    for remark in found.remarks:
+        out.print(Text(f"Weak: {remark}.", style="yellow"))
+    if not found.remarks:
+        out.print(Text("Nothing weak was found in this result.", style="green"))
+
+
+def _interval(low: float, middle: float, high: float, largest: float) -> str:
+    """An interval drawn on a scale from zero to the largest value."""
+    places = [round((_BAR - 1) * min(max(v / largest, 0.0), 1.0)) for v in (low, middle, high)]
+    bar = [" "] * _BAR
+    bar[places[0] : places[2] + 1] = "─" * (places[2] + 1 - places[0])
+    bar[places[1]] = "●"
+    return "│" + "".join(bar)
+
+
+def _noise(found: Identification) -> str:
+    sizes = summary(found.residual)
+    text = (
+        f"Residuals: root mean square {micrometres(sizes.rms)}, largest "
+        f"{micrometres(sizes.largest)}; noise {found.scale:.3g} times what σ promises "
+        f"(χ² = {found.chi_square:.4g}, {found.dof} degrees of freedom)"
+    )
+    lack = found.lack_of_fit
+    if lack is not None and lack.fit_dof > 0:
+        text += f"; lack of fit against repeats: p = {lack.p_value:.2g}"
+    return text + "."
+
+
+def _linear(found: Identification) -> str:
+    if found.how.model == "linear":
+        return "Linear model of the deflections, as in the paper."
+    shift = (found.linear - found.compliance) / np.maximum(found.standard_error, 1e-300)
+    j = int(np.argmax(np.abs(shift)))
+    return (
+        f"Model: equilibrium under load, {found.iterations} steps; the linear model would be up to "
+        f"{abs(shift[j]):.2g} standard errors off ({found.identified[j]})."
+    )
+
+
+def show_validation(found: Validation) -> None:
+    """Deflection before and after the model."""
+    data = found.measurements
+    kind = "kept aside" if found.kept_aside else "left out in turn"
+    title = f"{len(data.cases)} experiments, {kind}: deflection before and after the model"
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
+    for column in ("experiment", "before", "after", "removed"):
+        table.add_column(column, justify="left" if column == "experiment" else "right")
+    before, after = found.by_experiment(found.before), found.by_experiment(found.after)
+    shown = range(len(data.cases))
+    if len(data.cases) > _MOST:  # the worst ones
+        shown = sorted(np.argsort(-after)[:_MOST].tolist())  # type: ignore[assignment]
+    for i in shown:
+        row = (micrometres(before[i]), micrometres(after[i]), _removed(before[i], after[i]))
+        table.add_row(Text(data.names[i]), *row)
+    table.add_section()
+    for name, value in vars(summary(found.before)).items():
+        rest = getattr(summary(found.after), name)
+        label = {"rms": "root mean square", "mean": "mean", "largest": "largest"}[name]
+        table.add_row(label, micrometres(value), micrometres(rest), _removed(value, rest))
+    whole(table)
+    out.print(
+        f"{100 * found.inside:.3g} % of {found.dof} coordinates lie inside their "
+        f"{100 * found.confidence:g} % prediction intervals "
+        f"(χ² = {found.chi_square:.4g}, p = {found.p_value:.2g})."
+    )
+    if found.p_value < 1e-3:
+        out.print(
+            Text(
+                "Weak: the errors are larger than noise and compliances explain; the model lacks "
+                "something, or the readings are worse than promised.",
+                style="yellow",
+            )
+        )
+
+
+def _removed(before: float, after: float) -> str:
+    return f"{100 * (1 - after / before):.1f} %" if before > 0.0 else "–"
