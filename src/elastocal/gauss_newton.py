@@ -20,8 +20,9 @@ from elastocal.load_case import LoadCases
 from elastocal.measurement import Measurements
 from elastocal.robust import Bisquare, Huber, Loss, Squares, robust_scale
 
+_CHUNK = 2048  # load cases evaluated at once: what stays in the cache
 _MOST_STEPS = 60
-_AT_REST = 1e-7  # step over the size of the compliances, and over the standard errors
+_AT_REST = 1e-2, 1e-6  # step over standard errors and compliances: the next one is far smaller
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ class Solution:
         fit: The last linear fit; its triangle is that of the whole problem.
         rows: (R, 3, c) rows of all springs over the noise.
         residual: (R, 3) residuals over the noise.
-        whitener: (R, 3, 3) factors that divided them.
+        noise: (R, 3, 3) lower triangular factors of the covariances that divided them [m].
         weight: (R,) robust weights.
         scale: Noise over the promised one, as the weights saw it.
         iterations: Steps taken.
@@ -68,47 +69,56 @@ class Solution:
     fit: LinearFit
     rows: Array
     residual: Array
-    whitener: Array
+    noise: Array
     weight: Array
     scale: float
     iterations: int
 
 
-def solve(problem: Problem, model: str, loss: Loss) -> Solution:
-    """Fit the free compliances.
+def solve_linear(problem: Problem, loss: Loss) -> Solution:
+    """Fit the free compliances by the linear model.
 
-    Args:
-        problem: What is to be fitted.
-        model: "linear" or "equilibrium".
-        loss: How readings count.
+    Raises:
+        InputError: a robust loss does not come to rest.
+
+    Source: paper eq. (9); robust losses are ours.
+    """
+    factors = noise_factors(problem.measurements.covariance)
+    start, model = np.array(problem.start), _Linear(problem)
+    # Not all losses are convex: each starts from the fit of a tamer one.
+    stages: list[Loss] = [Squares()]
+    if isinstance(loss, Bisquare):
+        stages.append(Huber())
+    if not isinstance(loss, Squares):
+        stages.append(loss)
+    for chosen in stages:
+        found = _iterate(problem, model, factors, chosen, start)
+        start[problem.free] = found.compliance
+    return found
+
+
+def solve_equilibrium(problem: Problem, linear: Solution, loss: Loss) -> Solution:
+    """Fit the free compliances by the equilibrium under load, from the linear fit.
 
     Raises:
         InputError: the iteration does not come to rest.
 
-    Source: paper eq. (9) for the linear model; the iteration is ours.
+    Source: ours.
     """
-    whitener = whitening(problem.measurements.covariance)
     start = np.array(problem.start)
-    found = _iterate(problem, _Linear(problem), whitener, Squares(), start)
-    stages: list[tuple[type[_Linear] | type[_Bent], Loss]] = []
-    if isinstance(loss, Bisquare):  # not convex: it needs a start that is robust already
-        stages.append((_Linear, Huber()))
-    if not isinstance(loss, Squares):
-        stages.append((_Linear, loss))
-    if model == "equilibrium":
-        stages.append((_Bent, loss))
-    for kind, chosen in stages:
-        start[problem.free] = found.compliance
-        found = _iterate(problem, kind(problem), whitener, chosen, start)
-    return found
+    start[problem.free] = linear.compliance
+    factors = noise_factors(problem.measurements.covariance)
+    return _iterate(problem, _Bent(problem), factors, loss, start)
 
 
-def whitening(covariance: Array) -> Array:
-    """(R, 3, 3) W with WᵀW = covariance⁻¹, for covariances (R, 3, 3)."""
+def noise_factors(covariance: Array) -> tuple[Array, Array]:
+    """L with LLᵀ = covariance, and its inverse, (R, 3, 3) each, for covariances (R, 3, 3)."""
     if len(covariance) and (covariance == covariance[0]).all():
-        one = np.linalg.inv(np.linalg.cholesky(covariance[0]))
-        return np.broadcast_to(one, covariance.shape)
-    return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)))
+        one = np.linalg.cholesky(covariance[0])
+        shape = covariance.shape
+        return np.broadcast_to(one, shape), np.broadcast_to(np.linalg.inv(one), shape)
+    root = np.asarray(np.linalg.cholesky(covariance), dtype=float)
+    return root, np.asarray(np.linalg.inv(root), dtype=float)
 
 
 class _Linear:
@@ -116,7 +126,11 @@ class _Linear:
 
     def __init__(self, problem: Problem) -> None:
         arm, cases = problem.arm, problem.measurements.cases
-        self.gradient = regressor(arm.robot, arm.springs, arm.tool, cases)
+        parts = [
+            regressor(arm.robot, arm.springs, arm.tool, LoadCases(cases.q[s], cases.wrench[s]))
+            for s in (slice(i, i + _CHUNK) for i in range(0, len(cases), _CHUNK))
+        ]
+        self.gradient = np.concatenate(parts)
 
     def at(self, compliance: Array) -> tuple[Array, Array]:
         """(N, 3K) deflections and (N, 3K, c) gradients."""
@@ -167,7 +181,7 @@ class _Bent:
 def _iterate(
     problem: Problem,
     model: _Linear | _Bent,
-    whitener: Array,
+    noise: tuple[Array, Array],
     loss: Loss,
     start: Array,
 ) -> Solution:
@@ -175,7 +189,7 @@ def _iterate(
     compliance, free = np.array(start), problem.free
     for iteration in range(1, _MOST_STEPS + 1):
         modelled, gradient = model.at(compliance)
-        rows, values = _read(problem.measurements, whitener, modelled, gradient)
+        rows, values = _read(problem.measurements, noise[1], modelled, gradient)
         weight, scale = _weighed(problem, loss, values)
         found = _fit(problem, rows[:, :, free], values, weight, compliance[free])
         step = np.zeros_like(compliance)
@@ -188,7 +202,7 @@ def _iterate(
         if direct or _at_rest(step[free], compliance[free], found):
             residual = values - rows[:, :, free] @ found.estimate
             return Solution(
-                compliance[free], found, rows, residual, whitener, weight, scale, iteration
+                compliance[free], found, rows, residual, noise[0], weight, scale, iteration
             )
     raise InputError(
         f"the fit to {problem.measurements.source or 'the measurements'} does not come to rest: "
@@ -201,7 +215,7 @@ def _at_rest(step: Array, compliance: Array, found: LinearFit) -> bool:
     with np.errstate(invalid="ignore"):
         in_errors = float(np.linalg.norm(found.triangle @ step))
     relative = float(np.abs(step).max() / max(np.abs(compliance).max(), 1e-300))
-    return in_errors <= _AT_REST * np.sqrt(len(step)) or relative <= 1e-14
+    return (in_errors <= _AT_REST[0] and relative <= _AT_REST[1]) or relative <= 1e-14
 
 
 def _read(

@@ -39,13 +39,13 @@ def p_value_chi_square(chi_square: float, dof: int) -> float:
 
 
 def lack_of_fit(
-    residual: Array, whitener: Array, group: IntArray, parameters: int
+    residual: Array, noise: Array, group: IntArray, parameters: int
 ) -> LackOfFit | None:
     """F test of lack of fit; None without repeats.
 
     Args:
         residual: (R, 3) residuals over the noise.
-        whitener: (R, 3, 3) factors by which they were divided.
+        noise: (R, 3, 3) factors of the covariances that divided them [m].
         group: (R,) readings of the same marker under the same load case share a number.
         parameters: Number of unknowns p.
 
@@ -59,6 +59,7 @@ def lack_of_fit(
     if pure_dof == 0:
         return None
     # The best common value of a group weighs its readings by their own noise.
+    whitener = np.linalg.inv(noise)
     precision = np.einsum("rij,rik->rjk", whitener, whitener)
     pulled = np.einsum("rij,ri->rj", whitener, residual)
     total = np.zeros((groups, 3, 3))

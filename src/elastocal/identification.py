@@ -16,9 +16,9 @@ from elastocal.compliance_model import ComplianceModel
 from elastocal.elastic_arm import ElasticArm
 from elastocal.elastostatics import merged, subset
 from elastocal.errors import IdentifiabilityError, InputError
-from elastocal.gauss_newton import Problem, Solution, solve
+from elastocal.gauss_newton import Problem, Solution, solve_equilibrium, solve_linear
 from elastocal.goodness import LackOfFit, lack_of_fit
-from elastocal.influence import Influence, influence
+from elastocal.influence import Influence, influence, reordered
 from elastocal.least_squares import column_norms, unseen
 from elastocal.measurement import Measurements
 from elastocal.robust import LOSSES
@@ -94,7 +94,8 @@ class Identification:
     def correlation(self) -> Array:
         """(p, p) correlation of the identified compliances."""
         covariance = self.model.covariance[np.ix_(self.index, self.index)]
-        scale = 1.0 / np.maximum(np.sqrt(np.diagonal(covariance)), 1e-300)
+        error = np.sqrt(np.diagonal(covariance))
+        scale = np.where(error > 0.0, 1.0 / np.where(error > 0.0, error, 1.0), 0.0)
         return np.asarray(covariance * np.outer(scale, scale))
 
     @property
@@ -131,12 +132,14 @@ def identify(
     """
     how = how or Fit()
     problem = _problem(arm, measurements, how, prior, known)
-    linear = solve(problem, "linear", LOSSES[how.loss])
+    linear = solve_linear(problem, LOSSES[how.loss])
     names, p = arm.springs.names, len(arm.springs)
     directions = unseen(linear.fit.triangle)
     if len(directions) and not linear.fit.held.any():
         raise IdentifiabilityError(_confounded(names, directions, measurements))
-    found = linear if how.model == "linear" else solve(problem, how.model, LOSSES[how.loss])
+    found = linear
+    if how.model == "equilibrium":
+        found = solve_equilibrium(problem, linear, LOSSES[how.loss])
     dof = 3 * len(measurements) + len(problem.extra_values) - p
     chi_square = float(np.sum(found.residual**2)) + _prior_misfit(problem, found)
     scale, variance, freedom = noise(how, found, chi_square, dof)
@@ -161,7 +164,7 @@ def identify(
         dof=dof,
         lack_of_fit=lack_of_fit(
             found.residual,
-            found.whitener,
+            found.noise,
             configuration[measurements.case] * len(measurements.tool.markers) + measurements.marker,
             p,
         ),
@@ -250,7 +253,12 @@ def _influences(
     own = influence(rows, residual, measurements.case, len(cases), information)
     count = int(configuration.max()) + 1
     group = configuration[measurements.case]
-    by_case = influence(rows, residual, group, count, information)
+    alone = count == len(cases)  # no repeats: the same groups, in another order
+    by_case = (
+        reordered(own, np.argsort(configuration))
+        if alone
+        else influence(rows, residual, group, count, information)
+    )
     shift = np.nan_to_num(own.shift)[measurements.case]
     left_out = found.residual - np.einsum("rip,rp->ri", found.rows[:, :, problem.free], shift)
     return configuration, (own, by_case), left_out
@@ -258,7 +266,7 @@ def _influences(
 
 def _in_metres(found: Solution, residual: Array) -> Array:
     """(R, 3) residuals [m] of residuals over the noise."""
-    return np.asarray(np.linalg.solve(found.whitener, residual[..., None])[..., 0])
+    return np.einsum("rij,rj->ri", found.noise, residual)
 
 
 def _confounded(names: tuple[str, ...], directions: Array, measurements: Measurements) -> str:

@@ -77,6 +77,16 @@ def influence(
     )
 
 
+def reordered(found: Influence, order: IntArray) -> Influence:
+    """The same groups in another order: the new i-th was the `order[i]`-th."""
+    return Influence(
+        frozen(found.leverage[order]),
+        frozen(found.cook[order]),
+        frozen(found.shift[order]),
+        frozen(found.error_ratio[order]),
+    )
+
+
 def _summed(values: Array, group: IntArray, count: int) -> Array:
     """(count, c) sums of `values`, (R, c), over the groups."""
     columns = [np.bincount(group, column, count).astype(float) for column in values.T]

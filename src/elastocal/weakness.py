@@ -97,22 +97,27 @@ def _intervals(found: Identification) -> Iterator[str]:
 
 
 def _carried(found: Identification) -> Iterator[str]:
+    """Load cases without which compliances are lost or much worse known."""
     ratio = found.configuration_influence.error_ratio
     if len(ratio) < 2:
         return
-    for j, name in enumerate(found.identified):
-        g = int(np.argmax(ratio[:, j]))
-        if ratio[g, j] < _CARRIES:
+    most = np.argmax(ratio, axis=0)
+    for g in np.unique(most).tolist():
+        joints = [j for j in np.flatnonzero(most == g).tolist() if ratio[g, j] >= _CARRIES]
+        if not joints:
             continue
-        members = np.flatnonzero(found.configuration == g)
-        names = [found.measurements.names[i] for i in members]
+        names = [found.measurements.names[i] for i in np.flatnonzero(found.configuration == g)]
         what = "experiment" if len(names) == 1 else "the repeated experiments"
+        worst = float(ratio[g, joints].max())
         grows = (
-            "without it nothing is known"
-            if np.isinf(ratio[g, j])
-            else f"without it the standard error is {ratio[g, j]:.2g} times as large"
+            "without it nothing is known of them"
+            if np.isinf(worst)
+            else f"without it the standard errors are up to {worst:.2g} times as large"
         )
-        yield f"{name}: carried by {what} {_listed(names)}; {grows}, and no other one checks it"
+        yield (
+            f"{_listed([found.identified[j] for j in joints])}: carried by {what} "
+            f"{_listed(names)}; {grows}, and no other load case checks it"
+        )
 
 
 def _correlated(found: Identification) -> Iterator[str]:

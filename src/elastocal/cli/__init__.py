@@ -4,13 +4,14 @@ Exit codes: 0 done, 2 bad input, 3 infeasible, 4 not identifiable, 130 stopped b
 Everything heavy is imported inside the commands, so that --help answers at once.
 """
 
-from elastocal.cli import (  # the order of the commands in --help
-    compensate,
-    export,
-    plan,
-    report,
-    study,
-)
+from importlib import import_module
+
 from elastocal.cli.common import app
 
-__all__ = ["app", "compensate", "export", "plan", "report", "study"]
+__all__ = ["app"]
+
+FAMILIES = ("study", "plan", "export", "identify", "compensate", "report")
+"""Modules of this folder, in the order in which --help lists their commands."""
+
+for family in FAMILIES:
+    import_module(f"elastocal.cli.{family}")

@@ -45,9 +45,6 @@ Readings = Annotated[
     list[Path],
     typer.Argument(metavar="MEASUREMENTS", help="Measured deflections (CSV).", show_default=False),
 ]
-Map = Annotated[
-    Path | None, typer.Option("--map", help="What the columns of a foreign file mean (YAML).")
-]
 
 Prior = Annotated[Path | None, typer.Option(help="Model from before, weighed by its covariance.")]
 Known = Annotated[Path | None, typer.Option(help="Model of further joints, taken as it is.")]
@@ -59,7 +56,6 @@ def identify(
     study: StudyPath,
     measurements: Readings,
     out: Annotated[Path, typer.Option("--out", "-o", help="Model to write.")] = Path("model.json"),
-    mapping: Map = None,
     model: Annotated[
         Model, typer.Option(help="Equilibrium under load, or the linear model of the paper.")
     ] = Model.equilibrium,
@@ -83,7 +79,7 @@ def identify(
 
     writable(out, study, *measurements, suffix=".json")
     what = study_at(study)
-    data = readings(what, measurements, mapping)
+    data = readings(what, measurements)
     found = fit(
         what.arm,
         data,
@@ -118,12 +114,12 @@ def show_remarks(data: Measurements) -> None:
         out.print(Text(f"Note: {remark.rstrip('.')}.", style="yellow"))
 
 
-def readings(study: Study, paths: list[Path], mapping: Path | None) -> Measurements:
+def readings(study: Study, paths: list[Path]) -> Measurements:
     """The readings in one file, or in three that belong together row by row."""
     from elastocal.io.measurement_file import read_measurements
 
     chosen: Any = paths[0] if len(paths) == 1 else paths
-    return read_measurements(chosen, study, mapping)
+    return read_measurements(chosen, study)
 
 
 def provenance(study: Study, data: Measurements, *models: Path | None) -> dict[str, Any]:
@@ -147,7 +143,6 @@ def validate(
     study: StudyPath,
     model: Annotated[Path, typer.Argument(help="Model (JSON).", show_default=False)],
     measurements: Readings,
-    mapping: Map = None,
     prior: Prior = None,
     known: Known = None,
     confidence: Annotated[float, typer.Option(help="Confidence of the predictions.")] = 0.95,
@@ -160,7 +155,7 @@ def validate(
     from elastocal.validation import validate as compare
 
     what = study_at(study)
-    data = readings(what, measurements, mapping)
+    data = readings(what, measurements)
     sections = model_sections(model)
     origin = sections.get("provenance", {})
     found: Validation

@@ -8,7 +8,6 @@ from rich.table import Table
 from rich.text import Text
 
 from elastocal.identification import Identification
-from elastocal.io.compliance_units import unit_of
 from elastocal.terminal.console import micrometres, out, whole
 from elastocal.validation import Validation, summary
 
@@ -25,10 +24,10 @@ def show_identification(found: Identification) -> None:
     )
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
     confidence = f"{100 * found.how.confidence:g} %"
-    for column in ("joint", "compliance", "± error", f"{confidence} interval", "stiffness"):
-        table.add_column(column, justify="left" if column == "joint" else "right")
-    table.add_column(f"0 … largest, {confidence}")
-    table.add_column("unit")
+    for column in ("joint", "compliance", "± error", "interval", "unit", "stiffness", "unit"):
+        left = column in ("joint", "unit")
+        table.add_column(column, justify="left" if left else "right", no_wrap=True)
+    table.add_column(f"{confidence} interval", no_wrap=True)
     index = found.index
     largest = float(np.abs(found.interval).max())
     for j, name in enumerate(found.identified):
@@ -40,9 +39,10 @@ def show_identification(found: Identification) -> None:
             f"{1e6 * k:.5g}",
             f"{1e6 * error:.2g}",
             f"{1e6 * low:.4g} … {1e6 * high:.4g}",
+            "µm/N" if slides else "µrad/(N·m)",
             f"{1e-6 / k:.4g}" if k > 0.0 else "–",
+            "N/µm" if slides else "MN·m/rad",
             _interval(low, k, high, largest),
-            Text(f"1e-6 {unit_of('compliance', slides)}, 1e6 {unit_of('stiffness', slides)}"),
         )
     whole(table)
     known = [name for name in found.model.names if name not in found.identified]
