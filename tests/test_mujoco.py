@@ -19,7 +19,7 @@ from tests.arms import random_chain, random_tool
 from tests.campaigns import kr270_study, kr270_truth, published_cases
 from tests.settling import Settling
 
-ABSOLUTE, RELATIVE = 1e-9, 1e-6  # m, of the deflection
+ABSOLUTE, RELATIVE = 1e-11, 1e-9  # m, of the deflection
 GRAVITY = np.array([0.0, 0.0, -9.81])
 STUDY = kr270_study()
 TRUTH = kr270_truth(STUDY)
@@ -69,7 +69,7 @@ def test_the_kr270_under_its_calibration_loads(heavy: bool) -> None:
     theirs = Settling(arm, TRUTH.compliance, published_cases(4).q[0]).deflection(
         published_cases(4).wrench[0]
     )
-    assert np.linalg.norm(linear[0, :3] - theirs) > 1e3 * ABSOLUTE
+    assert np.linalg.norm(linear[0, :3] - theirs) > 1e5 * ABSOLUTE
 
 
 @pytest.mark.parametrize("heavy", [False, True], ids=["weightless links", "heavy links"])

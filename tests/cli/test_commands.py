@@ -25,7 +25,17 @@ test_poses:
 experiments: {tool: tip, max_force_N: 1000, direction: free, count: 3}
 instrument: {sigma_mm: 0.1}
 """
-COMMANDS = ("init", "check", "plan", "evaluate", "export", "report", "demo", "compensate")
+COMMANDS = (
+    "init",
+    "check",
+    "plan",
+    "evaluate",
+    "export",
+    "report",
+    "demo",
+    "compensate",
+    "simulate",
+)
 
 
 def run(*arguments: str | Path) -> Any:
