@@ -195,7 +195,7 @@ class TestEveryRobot:
 
     def test_scene_shows_every_configuration(self, name: str) -> None:
         plan = PLANS[name]()
-        data = re.search(r'id="scene-data">(.*?)</script>', page_of(name), re.S)
+        data = re.search(r'id="robot-scene">(.*?)</script>', page_of(name), re.S)
         assert data is not None
         scene = json.loads(data.group(1))
         solid = {t["meta"]["group"] for t in scene["data"] if t["meta"]["role"] == "solid"}
@@ -229,7 +229,7 @@ def test_the_verdict_in_words() -> None:
 
 
 def test_constraints_are_drawn() -> None:
-    data = re.search(r'id="scene-data">(.*?)</script>', page_of("kuka-kr270"), re.S)
+    data = re.search(r'id="robot-scene">(.*?)</script>', page_of("kuka-kr270"), re.S)
     assert data is not None
     roles = [t["meta"]["role"] for t in json.loads(data.group(1))["data"] if t["type"] == "mesh3d"]
     assert roles.count("limit") == 2  # plane and cylinder

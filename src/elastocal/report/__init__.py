@@ -1,4 +1,4 @@
-"""Report: a plan as one HTML file that works offline, on a phone and on paper.
+"""Report: a campaign as one HTML file that works offline, on a phone and on paper.
 
 In: values the core made. Out: HTML text. Nothing is computed here but geometry to draw.
 jinja2 and plotly are imported when a report is made, not when this package is.
@@ -36,6 +36,7 @@ def html(
     Returns:
         HTML text that needs no network: styles, pictures and the 3D view are inside.
     """
+    from elastocal.report.contents import Contents
     from elastocal.report.page import render
 
-    return render(plan, trade_off=trade_off, random=random, others=others or {})
+    return render(Contents(plan, trade_off, random, others or {}))

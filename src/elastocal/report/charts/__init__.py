@@ -1,0 +1,1 @@
+"""Charts: one picture per file, as SVG drawn from values."""

@@ -1,0 +1,37 @@
+"""Contents: everything a report may show, as one value."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from elastocal.arrays import Array
+from elastocal.assessment import Assessment
+from elastocal.comparison import TradeOff
+from elastocal.compliance_model import ComplianceModel
+from elastocal.identification import Identification
+from elastocal.planning import Plan
+from elastocal.validation import Validation
+
+
+@dataclass(frozen=True)
+class Contents:
+    """What there is to report; every stage of a campaign may be missing.
+
+    Attributes:
+        plan: The plan with its study.
+        trade_off: ρ0 over experiments and configurations.
+        random: (K,) ρ0 of random feasible plans with as many experiments [m].
+        others: Other plans by name.
+        identification: What was found.
+        references: Compliances from elsewhere, by name, to show beside those found.
+        validation: The model against readings.
+    """
+
+    plan: Plan | None = None
+    trade_off: TradeOff | None = None
+    random: Array | None = None
+    others: Mapping[str, Assessment] = field(default_factory=dict)
+    identification: Identification | None = None
+    references: Mapping[str, ComplianceModel] = field(default_factory=dict)
+    validation: Validation | None = None

@@ -1,0 +1,42 @@
+"""Section: what one card of the page needs, before it is HTML."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Section:
+    """One template with its values.
+
+    Attributes:
+        id: Anchor of the section; its template is `<id>.html` with underscores.
+        name: What the navigation calls it.
+        values: What the template shows.
+        scene: Traces and layout of its 3D view, if it has one.
+    """
+
+    id: str
+    name: str
+    values: Mapping[str, Any]
+    scene: Mapping[str, Any] | None = field(default=None, repr=False)
+
+    @property
+    def template(self) -> str:
+        """Name of the template."""
+        return self.id.replace("-", "_") + ".html"
+
+
+@dataclass(frozen=True)
+class Part:
+    """The sections of one stage of a campaign.
+
+    Attributes:
+        name: Name of the stage.
+        sections: Its sections in order.
+    """
+
+    name: str
+    sections: tuple[Section, ...]

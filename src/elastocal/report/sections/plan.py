@@ -1,0 +1,134 @@
+"""Sections of a plan: what it achieves, the robot, certificate, constraints, run sheet.
+
+In: plan, random plans, curves, other plans. Out: sections.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from markupsafe import Markup
+
+from elastocal.arrays import Array
+from elastocal.assessment import Assessment
+from elastocal.comparison import TradeOff
+from elastocal.planning import Plan
+from elastocal.report import captions, tables
+from elastocal.report.charts.comparison import comparison_chart
+from elastocal.report.charts.curve import curve_chart
+from elastocal.report.charts.ranges import range_chart
+from elastocal.report.contents import Contents
+from elastocal.report.layout import two_widths
+from elastocal.report.picture import group, portrait
+from elastocal.report.run_sheet import run_sheet, tool_points
+from elastocal.report.scene import scene
+from elastocal.report.section import Part, Section
+from elastocal.report.stage import Figure, Stage, stage
+from elastocal.report.units import number
+from elastocal.report.verdict import bound_of, verdict
+
+
+def plan_part(contents: Contents, *, alone: bool) -> Part | None:
+    """The sections of the plan; `alone` if the page has no other stage."""
+    plan = contents.plan
+    if plan is None:
+        return None
+    drawn = stage(plan)
+    about = {"plan": plan, "study": plan.study}
+    said = verdict(plan, contents.random)
+    constraints = {
+        "ranges": two_widths(lambda width: range_chart(plan, width)),
+        "margins": tables.margins(plan),
+    }
+    sheet = {**about, "cards": run_sheet(plan, drawn), "tool_points": tool_points(plan)}
+    top = {**about, "verdict": said, "alone": alone}
+    top["picture"] = group(drawn.planned, drawn.tests, drawn, 360.0)
+    sections = [
+        Section("verdict", "" if alone else "Result", top),
+        Section("robot", "Robot", _robot(plan, drawn), scene(plan, drawn)),
+        Section("worth", "How good", _worth(plan, contents.random, contents.others)),
+        Section("errors", "Errors", {"errors": tables.standard_errors(plan)}),
+        Section("certificate", "Certificate", _certificate(plan, drawn, said.proof)),
+        Section("constraints", "Constraints", constraints),
+        Section("criteria", "Criteria", {"criteria": tables.criteria(plan, contents.others)}),
+        Section("run-sheet", "Run sheet", sheet),
+    ]
+    if contents.trade_off is not None:
+        curves = _trade_off(plan, contents.trade_off)
+        if curves:
+            sections.insert(3, Section("effort", "How many", {"curves": curves}))
+    return Part("Plan", tuple(sections))
+
+
+def _robot(plan: Plan, drawn: Stage) -> dict[str, Any]:
+    """Static pictures of everything."""
+    return {
+        "plan": plan,
+        "planned": [(f.label, f.load, portrait(f, drawn)) for f in drawn.planned],
+        "tests": [(f.label, f.load, portrait(f, drawn, "test")) for f in drawn.tests],
+        "remarks": captions.of_scene(plan),
+    }
+
+
+def _worth(plan: Plan, random: Array | None, others: Mapping[str, Assessment]) -> dict[str, Any]:
+    """ρ0 among other plans, and by test pose."""
+    rho0 = plan.assessment.rho0
+    compared = {name: other.rho0 for name, other in others.items()}
+    chart = None
+    if np.isfinite(rho0):
+        chart = two_widths(
+            lambda width: comparison_chart(rho0, bound_of(plan), random, compared, width)
+        )
+    by_pose = tables.test_pose_errors(plan) if len(plan.study.test_poses) > 1 else None
+    return {"chart": chart, "caption": captions.of_random(random), "by_pose": by_pose}
+
+
+def _trade_off(plan: Plan, trade_off: TradeOff) -> list[tuple[str, Markup, str]]:
+    """Title, picture and caption of the curves there are."""
+    own, few = plan.assessment.rho0, len(plan.load_cases)
+    if not np.isfinite(own):
+        return []
+    curves = []
+    if len(trade_off.counts):
+        chart = curve_chart(
+            trade_off.counts,
+            trade_off.rho0,
+            trade_off.bound,
+            (plan.count, own),
+            "number of experiments",
+        )
+        said = captions.of_experiments(plan, trade_off)
+        curves.append(("More or fewer experiments", chart, said))
+    if len(trade_off.configurations):
+        chart = curve_chart(
+            trade_off.configurations,
+            trade_off.rho0_configurations,
+            None,
+            (few, own),
+            f"configurations for {plan.count} experiments",
+        )
+        said = captions.of_configurations(trade_off)
+        curves.append(("More or fewer configurations", chart, said))
+    return curves
+
+
+def _certificate(plan: Plan, drawn: Stage, proof: tuple[str, ...]) -> dict[str, Any]:
+    """Peak of the sensitivity function and support of the continuous design."""
+    certificate = plan.certificate
+    return {
+        "exists": certificate.kind != "none",
+        "proof": proof,
+        "ratio": number(certificate.peak_ratio, 6),
+        "caption": captions.of_peak(certificate),
+        "picture": _alone(drawn.peak[0], drawn) if drawn.peak else None,
+        "peak": tables.peak(plan),
+        "support": tables.support(plan),
+    }
+
+
+def _alone(figure: Figure, drawn: Stage) -> Markup:
+    """A figure at a scale of its own."""
+    return portrait(figure, replace(drawn, planned=(), tests=(), peak=(figure,)))

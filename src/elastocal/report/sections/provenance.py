@@ -1,0 +1,53 @@
+"""Section on where everything comes from.
+
+In: contents. Out: the section.
+"""
+
+from __future__ import annotations
+
+from elastocal import __version__
+from elastocal.measurement import Measurements
+from elastocal.report.contents import Contents
+from elastocal.report.section import Section
+from elastocal.robot import Robot
+
+
+def provenance(contents: Contents) -> Section:
+    """Study, robot, files with their hashes, version."""
+    facts: list[tuple[str, str]] = []
+    plan = contents.plan
+    if plan is not None:
+        facts.append(("Study", plan.study.name))
+    robot = robot_of(contents)
+    if robot is not None:
+        facts.append(("Robot", f"{robot.name}, {len(robot.joints)} joints"))
+    if plan is not None:
+        facts += [("Criterion", plan.criterion), ("Seed", str(plan.seed))]
+    found, validation = contents.identification, contents.validation
+    if found is not None:
+        facts += _source("Measurements", found.measurements)
+
+        facts.append(
+            ("Fit", f"{found.how.model} model, σ {found.how.sigma}, loss {found.how.loss}")
+        )
+    if validation is not None and validation.kept_aside:
+        facts += _source("Kept aside", validation.measurements)
+    facts.append(("elastocal", __version__))
+    text = "" if plan is None else plan.study.text
+    return Section("provenance", "Provenance", {"facts": facts, "text": text})
+
+
+def robot_of(contents: Contents) -> Robot | None:
+    """The robot all of it is about."""
+    if contents.plan is not None:
+        return contents.plan.study.robot
+    if contents.identification is not None:
+        return contents.identification.arm.robot
+    return None
+
+
+def _source(name: str, data: Measurements) -> list[tuple[str, str]]:
+    rows = [(name, data.source or "not from a file")]
+    if data.sha256:
+        rows.append((f"{name}, SHA-256", data.sha256))
+    return rows
