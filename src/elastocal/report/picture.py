@@ -13,7 +13,7 @@ from markupsafe import Markup
 
 from elastocal.arrays import Array
 from elastocal.report.projection import Projection
-from elastocal.report.stage import Figure, Stage
+from elastocal.report.stage import Figure, Stage, Vector, extent
 from elastocal.report.svg import drawing, join, line, polyline, tag, text
 
 _GRID = 0.5  # floor squares [m]
@@ -42,6 +42,10 @@ class View:
     def __call__(self, points: Array) -> Array:
         """(K, 2) pixels of points (K, 3) [m]."""
         return self._project(points)
+
+    def pixels(self, length: float) -> float:
+        """Length on the picture [px] of a ball's radius [m]."""
+        return float(length * self._project.scale)
 
     def floor_grid(self) -> Markup:
         """The floor, in squares of half a metre."""
@@ -94,6 +98,7 @@ def _figure(figure: Figure, view: View, kind: str, *, labelled: bool) -> Markup:
         parts.append(tag("circle", cx=x, cy=y, r=2.8, class_="marker"))
     for vector, heads in ((figure.force, 1), (figure.moment, 2)):
         parts.append(_arrow(view, skeleton.load_point, vector, heads))
+    parts += _vectors(figure.vectors, view)
     if labelled and 0 < len(figure.load) <= _LONGEST:
         x, y = view((skeleton.load_point + figure.force)[None])[0]
         half = 4.2 * len(figure.load)
@@ -122,6 +127,20 @@ def _arrow(view: View, start: Array, along: Array, heads: int) -> Markup:
     return join(parts)
 
 
+def _vectors(vectors: tuple[Vector, ...], view: View) -> list[Markup]:
+    """Small arrows, and once around every start the circle of what noise would explain."""
+    halos = {tuple(np.round(view(v.start[None])[0], 1)): v.halo for v in vectors if v.halo > 0.0}
+    parts = [
+        tag("circle", cx=x, cy=y, r=max(view.pixels(halo), 1.0), class_="halo")
+        for (x, y), halo in halos.items()
+    ]
+    for vector in vectors:
+        arrow = _arrow(view, vector.start, vector.along, 1)
+        if arrow:
+            parts.append(tag("g", arrow, class_="vector"))
+    return parts
+
+
 def _origin(view: View, stage: Stage) -> Markup:
     """The axes of the base frame."""
     parts = []
@@ -135,7 +154,5 @@ def _origin(view: View, stage: Stage) -> Markup:
 def _drawn(stage: Stage) -> Array:
     """(., 3) every point of every figure [m]."""
     points = [np.array(list(product([0.0], [0.0], [0.0, 0.2 * stage.size])))]
-    for figure in (*stage.planned, *stage.tests, *stage.peak):
-        at = figure.skeleton.load_point
-        points.append(np.vstack([figure.skeleton.points, at + figure.force, at + figure.moment]))
+    points += [extent(f) for f in (*stage.planned, *stage.tests, *stage.peak)]
     return np.vstack(points)

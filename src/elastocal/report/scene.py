@@ -1,6 +1,6 @@
 """The robot in 3D, as data for plotly: one group of traces for every configuration.
 
-In: plan and stage. Out: a dict ready for JSON, in mm. Every trace carries a role in its `meta`,
+In: stage. Out: a dict ready for JSON, in mm. Every trace carries a role in its `meta`,
 by which `templates/scene.js` shows it. solid: with its configuration, or with all; crowd: only
 with all; ghost: while another one is shown; detail: only with its own; limit-detail: likewise, if
 limits are switched on; test, limit: by their own switch.
@@ -8,6 +8,7 @@ limits are switched on; test, limit: by their own switch.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any
 
@@ -22,6 +23,7 @@ from elastocal.report.solids import Solid, arrow, ball, tube, union
 from elastocal.report.stage import Figure, Stage
 from elastocal.report.surfaces import Surface, aperture, wall
 from elastocal.report.units import words as words_of
+from elastocal.robot import Robot
 
 Trace = dict[str, Any]
 
@@ -30,8 +32,8 @@ _LIGHT = {"ambient": 0.62, "diffuse": 0.6, "specular": 0.12, "roughness": 0.7, "
 
 
 def scene(plan: Plan, stage: Stage) -> dict[str, Any]:
-    """Traces, layout and the number of configurations."""
-    constraints = plan.study.constraints
+    """The configurations of a plan among test poses and constraints."""
+    constraints, robot = plan.study.constraints, plan.study.robot
     traces: list[Trace] = []
     for constraint in constraints:
         surface = wall(constraint, stage)
@@ -39,18 +41,49 @@ def scene(plan: Plan, stage: Stage) -> dict[str, Any]:
             traces += _surface(surface, "limit", -1)
     for figure in stage.tests:
         traces += _robot(figure, stage.size, "contrast", "test", -1)
-    posture = Posture(plan.study.robot, plan.load_cases.q)
+    traces += _crowd(stage, robot)
     for i, figure in enumerate(stage.planned):
-        traces += _robot(figure, stage.size, "accent", "solid", i)
-        traces.append(_ghost(figure, i))
-        traces.append(_names(figure.skeleton, plan.study.robot.joint_names, stage.size, i))
-        alone = Posture(plan.study.robot, posture.q[:, i : i + 1].T)
+        alone = Posture(robot, plan.load_cases.q[i : i + 1])
         for constraint in constraints:
             at, length = figure.skeleton.load_point, 0.17 * stage.size
             opening = aperture(constraint, alone, at, length)
             if opening is not None:
                 traces += _surface(opening, "limit-detail", i)
     return {"data": traces, "layout": _layout(stage), "count": len(stage.planned)}
+
+
+def vector_scene(stage: Stage, robot: Robot) -> dict[str, Any]:
+    """Configurations with the small vectors that begin at their markers."""
+    traces = _crowd(stage, robot)
+    for i, figure in enumerate(stage.planned):
+        arrows = union([arrow(v.start, v.along, 0.005 * stage.size) for v in figure.vectors])
+        halos = {tuple(np.round(v.start, 4)): v for v in figure.vectors if v.halo > 0.0}
+        balls = union([ball(v.start, v.halo) for v in halos.values()])
+        for solid, colour, opacity in ((arrows, "contrast", 1.0), (balls, "muted", 0.25)):
+            body = _mesh(solid, COLOURS[colour], "solid", i)
+            if body is not None:
+                traces.append(body | {"opacity": opacity})
+    return {"data": traces, "layout": _layout(stage), "count": len(stage.planned)}
+
+
+def path_scene(
+    stage: Stage, robot: Robot, lines: Mapping[str, tuple[Array, str, int]]
+) -> dict[str, Any]:
+    """One configuration, and lines (., 3) [m] with colour and width by the role of their switch."""
+    traces = _crowd(stage, robot)
+    for role, (points, colour, width) in lines.items():
+        traces.append(_lines([points], COLOURS[colour], role, -1, width))
+    return {"data": traces, "layout": _layout(stage), "count": len(stage.planned)}
+
+
+def _crowd(stage: Stage, robot: Robot) -> list[Trace]:
+    """Every planned figure: as a body, as a ghost, with the names of its joints."""
+    traces: list[Trace] = []
+    for i, figure in enumerate(stage.planned):
+        traces += _robot(figure, stage.size, "accent", "solid", i)
+        traces.append(_ghost(figure, i))
+        traces.append(_names(figure.skeleton, robot.joint_names, stage.size, i))
+    return traces
 
 
 def _robot(figure: Figure, size: float, colour: str, role: str, group: int) -> list[Trace]:
@@ -82,7 +115,7 @@ def _labels(figure: Figure, colour: str, role: str, group: int) -> list[Trace]:
     if role == "test":
         words = f"{_short(figure.label, 18)} · {figure.load}\u00a0\u00a0"
         return [_text(skeleton.load_point[None], [words], ink, role, group, 13, "middle left")]
-    words = f"No. {figure.label} · {figure.load}"
+    words = f"No. {figure.label}" + (f" · {figure.load}" if figure.load else "")
     return [
         _text(at[None], [figure.label], ink, "crowd", group, 15, "middle right"),
         _text(at[None], [words], ink, "detail", group, 13, "middle right"),

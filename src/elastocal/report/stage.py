@@ -1,7 +1,7 @@
-"""Stage: everything of a plan that can be drawn, in one frame and at one scale.
+"""Stage: everything of a section that can be drawn, in one frame and at one scale.
 
-In: a plan. Out: posed figures with their loads, and the box that holds them. The 3D scene and
-the static pictures draw the same stage.
+In: a plan, or posed figures. Out: figures with their loads, and the box that holds them. The 3D
+scene and the static pictures draw the same stage.
 """
 
 from __future__ import annotations
@@ -15,8 +15,24 @@ from elastocal.load_case import LoadCases
 from elastocal.planning import Plan
 from elastocal.report.skeleton import Skeleton, skeletons
 from elastocal.report.units import plain
+from elastocal.robot import Robot, Tool
 
 _ARROW = 0.22  # longest arrow over the size of the robot
+
+
+@dataclass(frozen=True)
+class Vector:
+    """A small vector, magnified, such as the residual of a reading.
+
+    Attributes:
+        start: (3,) where it begins [m].
+        along: (3,) magnified [m].
+        halo: Radius of a ball around its start, magnified [m]: what noise would explain.
+    """
+
+    start: Array
+    along: Array
+    halo: float
 
 
 @dataclass(frozen=True)
@@ -29,6 +45,7 @@ class Figure:
         force: (3,) arrow of the force, scaled to a length [m]; zero if there is none.
         moment: (3,) arrow of the moment, likewise.
         load: Size of the wrench in words: "2500 N".
+        vectors: Small vectors that begin at its markers.
     """
 
     label: str
@@ -36,6 +53,7 @@ class Figure:
     force: Array
     moment: Array
     load: str
+    vectors: tuple[Vector, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -75,10 +93,30 @@ def stage(plan: Plan) -> Stage:
     tests: list[Figure] = []
     for (pose, _, case), skeleton in zip(drawn, tested, strict=True):
         tests += _figures([skeleton], case, [pose.name], size)
-    box = np.vstack([_extent(f) for f in (*planned, *peaks, *tests)] + [np.zeros((1, 3))])
+    return boxed(planned, tuple(tests), peaks)
+
+
+def posed(robot: Robot, tool: Tool, cases: LoadCases, labels: list[str]) -> tuple[Figure, ...]:
+    """Figures of N load cases."""
+    drawn = skeletons(robot, tool, cases.q)
+    size = max(float(np.linalg.norm(s.points, axis=1).max()) for s in drawn)
+    return _figures(drawn, cases, labels, size)
+
+
+def boxed(
+    planned: tuple[Figure, ...],
+    tests: tuple[Figure, ...] = (),
+    peak: tuple[Figure, ...] = (),
+    further: Array | None = None,
+) -> Stage:
+    """The stage that holds figures, and `further` points (., 3) [m]."""
+    figures = (*planned, *peak, *tests)
+    size = max(float(np.linalg.norm(f.skeleton.points, axis=1).max()) for f in figures)
+    points = [extent(f) for f in figures] + [np.zeros((1, 3))]
+    box = np.vstack(points + ([] if further is None else [further]))
     margin = size * np.array([0.04, 0.04, 0.08])  # labels hang below the arrows
     low, high = box.min(axis=0) - margin, box.max(axis=0) + margin
-    return Stage(planned, tuple(tests), peaks, low, high, size)
+    return Stage(planned, tests, peak, low, high, size)
 
 
 def _figures(
@@ -101,7 +139,8 @@ def _load(wrench: Array) -> str:
     return ", ".join(f"{plain(size)}\u00a0{unit}" for size, unit in sizes if size > 0.0)
 
 
-def _extent(figure: Figure) -> Array:
+def extent(figure: Figure) -> Array:
     """(., 3) points that a figure covers, arrows included [m]."""
     at = figure.skeleton.load_point
-    return np.vstack([figure.skeleton.points, at + figure.force, at + figure.moment])
+    ends = [v.start + v.along for v in figure.vectors]
+    return np.vstack([figure.skeleton.points, at + figure.force, at + figure.moment, *ends])
