@@ -14,9 +14,31 @@ from elastocal.comparison import TradeOff, random_plans
 from elastocal.io.study_file import read_study
 from elastocal.planning import plan
 from elastocal.report import html
+from tests.report.examples import campaign_page
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 STUDY = Path(__file__).parents[2] / "examples" / "kr270" / "study.yaml"
+_COVERED = """() => {
+    const covered = [];
+    document.querySelectorAll("svg.chart").forEach((chart) => {
+        const texts = [...chart.querySelectorAll("text")];
+        const boxes = texts.map((text) => [text, text.getBoundingClientRect()]);
+        const frame = chart.getBoundingClientRect();
+        boxes.forEach(([a, p], i) => {
+            if (p.width && (p.left < frame.left - 3 || p.right > frame.right + 3)) {
+                covered.push(a.textContent + " is cut off");
+            }
+            boxes.slice(i + 1).forEach(([b, q]) => {
+                const wide = Math.min(p.right, q.right) - Math.max(p.left, q.left);
+                const high = Math.min(p.bottom, q.bottom) - Math.max(p.top, q.top);
+                if (wide > 1.5 && high > 4 && !a.hasAttribute("transform")) {
+                    covered.push(a.textContent + " / " + b.textContent);
+                }
+            });
+        });
+    });
+    return covered;
+}"""
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine")
 
 
@@ -49,10 +71,20 @@ def browser() -> Iterator[Any]:
         chromium.close()
 
 
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The page of a whole campaign."""
+    page = tmp_path_factory.mktemp("campaign") / "report.html"
+    page.write_text(campaign_page("kuka-kr270"), encoding="utf-8")
+    return page
+
+
+@pytest.mark.parametrize("which", ["report", "campaign"])
 @pytest.mark.parametrize("size", [(1280, 900), (390, 844)], ids=["desktop", "phone"])
 def test_report_draws_offline_without_script_errors(
-    size: tuple[int, int], report: Path, browser: Any, tmp_path: Path
+    size: tuple[int, int], which: str, request: Any, browser: Any, tmp_path: Path
 ) -> None:
+    report: Path = request.getfixturevalue(which)
     page = browser.new_page(viewport={"width": size[0], "height": size[1]})
     errors: list[str] = []
     asked: list[str] = []
@@ -67,8 +99,10 @@ def test_report_draws_offline_without_script_errors(
     fetched = [url for url in asked if not url.startswith(("file:", "data:", "blob:"))]
     assert fetched == []
     assert page.evaluate("document.documentElement.scrollWidth") <= size[0], "scrolls sideways"
-    picture = page.locator(".js-plotly-plot").first.screenshot(path=tmp_path / "robot.png")
-    assert _colours(page, picture) > 20, "the 3D view is blank"
+    assert page.evaluate(_COVERED) == [], "labels cover each other"
+    for i in range(page.locator(".js-plotly-plot").count()):
+        picture = page.locator(".js-plotly-plot").nth(i).screenshot(path=tmp_path / "robot.png")
+        assert _colours(page, picture) > 20, "the 3D view is blank"
     page.screenshot(path=tmp_path / "report.png", full_page=True)
     assert (tmp_path / "report.png").stat().st_size > 50_000
     page.close()
@@ -114,4 +148,9 @@ def test_the_check_for_errors_would_notice_one(browser: Any, tmp_path: Path) -> 
     page.goto(bad.as_uri())
     assert any("nothing" in error for error in errors)
     assert "http://127.0.0.1:9/x.png" in asked
+    page.set_content(
+        '<svg class="chart" width="200"><text x="5" y="20">one</text><text x="9" y="22">two</text>'
+        '<text x="180" y="80">too long to fit</text></svg>'
+    )
+    assert page.evaluate(_COVERED) == ["one / two", "too long to fit is cut off"]
     page.close()

@@ -13,30 +13,52 @@ if TYPE_CHECKING:
     from elastocal.arrays import Array
     from elastocal.assessment import Assessment
     from elastocal.comparison import TradeOff
+    from elastocal.compliance_model import ComplianceModel
+    from elastocal.identification import Identification
     from elastocal.planning import Plan
+    from elastocal.validation import Validation
 
 __all__ = ["html"]
 
 
 def html(
-    plan: Plan,
+    plan: Plan | None = None,
     *,
     trade_off: TradeOff | None = None,
     random: Array | None = None,
     others: Mapping[str, Assessment] | None = None,
+    identification: Identification | None = None,
+    references: Mapping[str, ComplianceModel] | None = None,
+    validation: Validation | None = None,
 ) -> str:
-    """A plan, its certificate and its run sheet as one self-contained HTML page.
+    """A campaign, as far as it has come, as one self-contained HTML page.
 
     Args:
-        plan: What to report.
+        plan: The plan with its study; certificate and run sheet come with it.
         trade_off: ρ0 over experiments and configurations; its section is left out if None.
         random: (K,) ρ0 of random feasible plans with as many experiments [m].
         others: Other plans by name, to compare with.
+        identification: The compliances found.
+        references: Compliances from elsewhere, by name, three at most: known before, or true.
+        validation: The model against readings.
 
     Returns:
-        HTML text that needs no network: styles, pictures and the 3D view are inside.
+        HTML text that needs no network: styles, pictures and the 3D views are inside.
+
+    Raises:
+        InputError: there is nothing to show.
     """
     from elastocal.report.contents import Contents
     from elastocal.report.page import render
 
-    return render(Contents(plan, trade_off, random, others or {}))
+    return render(
+        Contents(
+            plan=plan,
+            trade_off=trade_off,
+            random=random,
+            others=others or {},
+            identification=identification,
+            references=references or {},
+            validation=validation,
+        )
+    )

@@ -8,31 +8,43 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from elastocal.errors import InputError
 from elastocal.report.contents import Contents
 from elastocal.report.palette import COLOURS
 from elastocal.report.section import Part, Section
+from elastocal.report.sections.identification import identification_part
 from elastocal.report.sections.plan import plan_part
 from elastocal.report.sections.provenance import provenance
+from elastocal.report.sections.state import state_section, title
+from elastocal.report.sections.validation import validation_part
 from elastocal.report.units import words
+
+_PARTS = (identification_part, validation_part)
 
 
 def render(contents: Contents) -> str:
     """HTML of everything in `contents`; see `elastocal.report.html`."""
-    parts = [part for part in (plan_part(contents, alone=True),) if part is not None]
+    stages = [part for part in (make(contents) for make in _PARTS) if part is not None]
+    plan = plan_part(contents, alone=not stages)
+    if stages:
+        top = state_section(contents)
+        parts = [part for part in (plan, *stages) if part is not None]
+    elif plan is not None:
+        top, *rest = plan.sections
+        parts = [Part("", tuple(rest))]
+    else:
+        raise InputError("a report needs a plan, an identification or another result to show")
     parts.append(Part("", (provenance(contents),)))
-    top = parts[0].sections[0]
-    parts[0] = replace(parts[0], name="", sections=parts[0].sections[1:])
     environment = _environment()
     sections = [section for part in parts for section in part.sections]
     scenes = {s.id: _script_json(s.scene) for s in sections if s.scene is not None}
     return environment.get_template("page.html").render(
-        title=_title(contents),
+        title=title(contents),
         colours=COLOURS,
         top=_html(top, environment),
         navigation=_navigation(parts),
@@ -53,13 +65,8 @@ def _navigation(parts: list[Part]) -> list[tuple[str, list[tuple[str, str]]]]:
         if lines and not part.name and not lines[-1][0]:
             lines[-1][1].extend(links)
         else:
-            lines.append((part.name, links))
+            lines.append((part.name or ("Sources" if lines else ""), links))
     return lines
-
-
-def _title(contents: Contents) -> str:
-    assert contents.plan is not None
-    return f"{contents.plan.study.name}: calibration plan"
 
 
 def _environment() -> Environment:

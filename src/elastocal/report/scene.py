@@ -19,7 +19,7 @@ from elastocal.planning import Plan
 from elastocal.posture import Posture
 from elastocal.report.palette import COLOURS
 from elastocal.report.skeleton import Skeleton
-from elastocal.report.solids import Solid, arrow, ball, tube, union
+from elastocal.report.solids import Solid, arrow, ball, sphere, tube, union
 from elastocal.report.stage import Figure, Stage
 from elastocal.report.surfaces import Surface, aperture, wall
 from elastocal.report.units import words as words_of
@@ -58,8 +58,8 @@ def vector_scene(stage: Stage, robot: Robot) -> dict[str, Any]:
     for i, figure in enumerate(stage.planned):
         arrows = union([arrow(v.start, v.along, 0.005 * stage.size) for v in figure.vectors])
         halos = {tuple(np.round(v.start, 4)): v for v in figure.vectors if v.halo > 0.0}
-        balls = union([ball(v.start, v.halo) for v in halos.values()])
-        for solid, colour, opacity in ((arrows, "contrast", 1.0), (balls, "muted", 0.25)):
+        balls = union([sphere(v.start, v.halo) for v in halos.values()])
+        for solid, colour, opacity in ((arrows, "contrast", 1.0), (balls, "muted", 0.2)):
             body = _mesh(solid, COLOURS[colour], "solid", i)
             if body is not None:
                 traces.append(body | {"opacity": opacity})

@@ -71,6 +71,20 @@ def ball(centre: Array, radius: float) -> Solid:
     )
 
 
+def sphere(centre: Array, radius: float) -> Solid:
+    """A round body without inner walls, to be looked through [m]."""
+    rings, sides = 10, 18
+    polar, turn = np.meshgrid(
+        np.linspace(0.0, np.pi, rings + 1), np.linspace(0.0, 2.0 * np.pi, sides + 1), indexing="ij"
+    )
+    unit = np.stack([np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)], -1)
+    i, j = np.meshgrid(np.arange(rings), np.arange(sides), indexing="ij")
+    a = (i * (sides + 1) + j).ravel()
+    b, below = a + 1, a + sides + 1
+    corners = np.vstack([np.column_stack([a, b, below]), np.column_stack([b, below + 1, below])])
+    return Solid(centre + radius * unit.reshape(-1, 3), corners)
+
+
 def arrow(start: Array, along: Array, radius: float) -> Solid:
     """Arrow from `start` to `start + along` [m]; nothing if it has no length."""
     length = float(np.linalg.norm(along))

@@ -5,6 +5,7 @@ In: SI values. Out: text. The only place of the report where units are converted
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 
 import numpy as np
@@ -12,6 +13,7 @@ import numpy as np
 from elastocal.arrays import Array
 
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_UNIT = re.compile(r"(?<=\d) (µm|mm|%|°|N\b)")
 _AXES = ("x", "y", "z")
 
 
@@ -69,6 +71,11 @@ def percent(share: float) -> str:
     return f"{fixed(shown, decimals)} %"
 
 
+def sure(confidence: float) -> str:
+    """A confidence somebody chose, without the zeros it was not given with."""
+    return f"{100.0 * confidence:.4g}\u00a0%"
+
+
 def joint_value(value: float, prismatic: bool) -> str:
     """A joint value [rad or m] in degrees or millimetres, without its unit."""
     return fixed(1e3 * value, 2) if prismatic else fixed(float(np.degrees(value)), 3)
@@ -91,8 +98,9 @@ def given(value: float) -> str:
 
 
 def words(name: str) -> str:
-    """A name with the signs that typewriters lack."""
-    return name.replace(">=", "≥").replace("<=", "≤")
+    """Words with the signs that typewriters lack, and no line break before a unit."""
+    signs = name.replace(">=", "≥").replace("<=", "≤")
+    return _UNIT.sub("\u00a0\\1", signs)
 
 
 def vector(values: Array, decimals: int = 0) -> str:

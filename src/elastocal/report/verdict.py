@@ -56,8 +56,8 @@ def verdict(plan: Plan, random: Array | None) -> Verdict:
     study, rho0 = plan.study, plan.assessment.rho0
     m, s = plan.count, len(plan.load_cases)
     work = (
-        f"{_counted(m, 'experiment')} in {_counted(s, 'configuration')}, "
-        f"to identify {_counted(len(study.springs), 'compliance')}"
+        f"{counted(m, 'experiment')} in {counted(s, 'configuration')}, "
+        f"to identify {counted(len(study.springs), 'compliance')}"
     )
     where = "the test pose" if len(study.test_poses) == 1 else "the test poses"
     meaning = (
@@ -118,7 +118,7 @@ def _tiles(plan: Plan, random: Array | None) -> list[Tile]:
     bound = bound_of(plan)
     tiles = []
     if bound is not None:
-        meaning = f"No plan with {_counted(m, 'experiment')} can do better."
+        meaning = f"No plan with {counted(m, 'experiment')} can do better."
         tiles.append(Tile("Lower bound", length(bound), meaning))
     if np.isfinite(certificate.efficiency):
         saved = max(0.0, 100.0 * (1.0 - certificate.efficiency))
@@ -153,5 +153,6 @@ def _advice(plan: Plan) -> list[str]:
     return sentences
 
 
-def _counted(count: int, noun: str) -> str:
+def counted(count: int, noun: str) -> str:
+    """A number with its noun."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"

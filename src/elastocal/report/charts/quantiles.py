@@ -1,0 +1,57 @@
+"""Quantile plot: residuals against the normal distribution, with the band of chance.
+
+In: standardised residuals. Out: SVG.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from markupsafe import Markup
+
+from elastocal.arrays import Array
+from elastocal.report.charts.axes import axis_below, axis_left
+from elastocal.report.svg import Scale, drawing, polyline, tag
+
+_WIDTH, _HEIGHT = 400.0, 330.0
+_LEFT, _RIGHT, _TOP, _BOTTOM = 48.0, 390.0, 34.0, 282.0
+_MOST = 500  # points drawn
+
+
+def quantile_chart(values: Array, confidence: float = 0.95) -> Markup:
+    """Sorted `values`, (K,), over the quantiles they should have; the band holds each of them
+    with the given confidence.
+
+    Source: order statistics of K uniform numbers have beta distributions.
+    """
+    from scipy.special import betaincinv, ndtri
+
+    count = len(values)
+    found = np.sort(values)
+    rank = np.arange(1, count + 1)
+    if count > _MOST:  # both tails in full, the middle thinned
+        tail = np.arange(_MOST // 4)
+        middle = np.linspace(0, count - 1, _MOST // 2).astype(np.int64)
+        chosen = np.unique(np.concatenate([tail, middle, count - 1 - tail]))
+        found, rank = found[chosen], rank[chosen]
+    expected = ndtri((rank - 0.5) / count)
+    tails = 0.5 * (1.0 - confidence)
+    low = ndtri(betaincinv(rank, count - rank + 1, tails))
+    high = ndtri(betaincinv(rank, count - rank + 1, 1.0 - tails))
+    end = 1.08 * max(float(np.abs(expected).max()), 1.0)
+    most = 1.05 * max(float(np.abs(found).max()), end, float(min(np.abs(low).max(), 2.0 * end)))
+    across = Scale(-end, end, _LEFT, _RIGHT)
+    up = Scale(-most, most, _BOTTOM, _TOP)
+    clipped = np.clip(np.concatenate([low, high[::-1]]), -most, most)
+    outline = zip(np.concatenate([expected, expected[::-1]]), clipped, strict=True)
+    shown = " ".join(f"{across(a):.1f},{up(b):.1f}" for a, b in outline)
+    parts = [tag("polygon", points=shown, class_="band")]
+    parts += axis_below(across, _TOP, _BOTTOM, "expected of normal noise [σ]", 5)
+    parts += axis_left(up, _LEFT, _RIGHT, "found [σ]")
+    ends = np.array([[across(-end), up(-end)], [across(end), up(end)]])
+    parts.append(polyline(ends, "reference"))
+    outside = (found < low) | (found > high)
+    for a, b, out in zip(expected, found, outside, strict=True):
+        class_ = "far" if out else "dot"
+        parts.append(tag("circle", cx=across(a), cy=up(b), r=3.0, class_=class_))
+    about = "Sorted residuals over the quantiles of normal noise"
+    return drawing(_WIDTH, _HEIGHT, about, *parts, class_="chart")

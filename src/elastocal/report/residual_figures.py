@@ -1,0 +1,93 @@
+"""Residuals on the robot: every configuration with what the model leaves unexplained, magnified.
+
+In: an identification. Out: a stage, and what is said under its pictures.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from elastocal.identification import Identification
+from elastocal.load_case import LoadCases
+from elastocal.report.charts.axes import cut
+from elastocal.report.stage import Stage, Vector, boxed, posed
+from elastocal.report.units import length
+
+_MOST_FIGURES, _MOST_VECTORS = 12, 24
+_LONGEST = 0.17  # longest arrow over the size of the robot
+
+
+@dataclass(frozen=True)
+class ResidualFigures:
+    """What is drawn.
+
+    Attributes:
+        stage: Configurations with their residuals.
+        magnification: By how much they are magnified.
+        captions: One for each configuration.
+        noise: Standard deviation that the rings are drawn for, twice it [m].
+        others: Configurations that are not drawn: those with smaller residuals.
+        thinned: Whether some figures lack vectors.
+    """
+
+    stage: Stage
+    magnification: float
+    captions: tuple[str, ...]
+    noise: float
+    others: int
+    thinned: bool
+
+
+def residual_figures(found: Identification) -> ResidualFigures:
+    """Figures of the configurations with the largest residuals, in the order they were measured."""
+    data = found.measurements
+    group = found.configuration[data.case]
+    size = np.linalg.norm(found.residual, axis=1)
+    count = int(found.configuration.max()) + 1
+    rms = np.sqrt(np.bincount(group, size**2, count) / np.maximum(np.bincount(group), 1))
+    first = np.array([np.flatnonzero(found.configuration == g)[0] for g in range(count)])
+    chosen = np.argsort(-rms)[:_MOST_FIGURES]
+    chosen = chosen[np.argsort(first[chosen])]
+    cases = LoadCases(data.cases.q[first[chosen]], np.zeros((len(chosen), 6)))
+    figures = posed(found.arm.robot, data.tool, cases, [str(i + 1) for i in range(len(chosen))])
+    reach = max(float(np.abs(f.skeleton.points).max()) for f in figures)
+    shown = np.isin(group, chosen)
+    magnification = _round(_LONGEST * reach / max(float(size[shown].max()), 1e-12))
+    noise = float(np.sqrt(np.einsum("rii->", data.covariance) / (3.0 * len(data))))
+    noise *= found.scale if found.how.sigma == "estimated" and np.isfinite(found.scale) else 1.0
+    posed_figures, captions, thinned = [], [], False
+    for figure, g in zip(figures, chosen.tolist(), strict=True):
+        readings = np.flatnonzero(group == g)
+        thinned |= len(readings) > _MOST_VECTORS
+        vectors = tuple(
+            Vector(
+                figure.skeleton.markers[data.marker[r]],
+                magnification * found.residual[r],
+                2.0 * magnification * noise,
+            )
+            for r in readings[np.argsort(-size[readings])][:_MOST_VECTORS]
+        )
+        posed_figures.append(replace(figure, vectors=vectors))
+        names = [data.names[i] for i in np.flatnonzero(found.configuration == g)]
+        captions.append(f"{_experiments(names)}: RMS {length(float(rms[g]))}")
+    stage = boxed(tuple(posed_figures))
+    return ResidualFigures(
+        stage, magnification, tuple(captions), noise, count - len(chosen), thinned
+    )
+
+
+def _experiments(names: list[str]) -> str:
+    shown = [cut(name, 16) for name in names]
+    if len(names) == 1:
+        return f"experiment {shown[0]}"
+    if len(names) <= 4:
+        return f"experiments {', '.join(shown)}"
+    return f"{len(names)} experiments, {shown[0]} to {shown[-1]}"
+
+
+def _round(value: float) -> float:
+    """The largest of 1, 2, 5, 10, … that is not above `value`."""
+    power = 10.0 ** np.floor(np.log10(max(value, 1.0)))
+    return float(max(s * power for s in (1.0, 2.0, 5.0) if s * power <= max(value, 1.0)))

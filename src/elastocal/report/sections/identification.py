@@ -1,0 +1,235 @@
+"""Sections of an identification: compliances with intervals, residuals, influence, correlation.
+
+In: identification, compliances from elsewhere. Out: sections.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from elastocal.identification import Identification
+from elastocal.report.charts.correlation import combinations_chart, correlation_chart
+from elastocal.report.charts.forest import close_up, forest_chart
+from elastocal.report.charts.leverage import leverage_chart
+from elastocal.report.charts.quantiles import quantile_chart
+from elastocal.report.charts.strips import Strips, strips_chart
+from elastocal.report.contents import Contents
+from elastocal.report.intervals import Family, families
+from elastocal.report.layout import two_widths
+from elastocal.report.picture import portrait
+from elastocal.report.residual_figures import residual_figures
+from elastocal.report.scene import vector_scene
+from elastocal.report.section import Part, Section
+from elastocal.report.units import length, number, percent
+from elastocal.report.units import sure as sure_of
+from elastocal.report.verdict import Tile, counted
+
+_FEWEST = 8  # residual coordinates that a quantile plot needs
+_WORST = 3  # combinations shown
+
+
+def identification_part(contents: Contents) -> Part | None:
+    """The sections of the identification."""
+    found = contents.identification
+    if found is None:
+        return None
+    figures = residual_figures(found)
+    sections = (
+        Section("identification", "Compliances", _result(contents, found)),
+        Section(
+            "residuals",
+            "Residuals",
+            {
+                "figures": figures,
+                "magnification": number(figures.magnification, 3),
+                "noise": length(2.0 * figures.noise),
+                "gallery": [
+                    (f.label, portrait(f, figures.stage), caption)
+                    for f, caption in zip(figures.stage.planned, figures.captions, strict=True)
+                ],
+                **_residuals(found),
+            },
+            vector_scene(figures.stage, found.arm.robot),
+        ),
+        Section("influence", "Influence", _influence(found)),
+        Section("correlation", "Correlation", _correlation(found)),
+    )
+    return Part("Identification", sections)
+
+
+def promised(found: Identification) -> float:
+    """Typical standard deviation of a coordinate that instrument or file promise [m]."""
+    data = found.measurements
+    return float(np.sqrt(np.einsum("rii->", data.covariance) / (3.0 * len(data))))
+
+
+def tiles(found: Identification) -> list[Tile]:
+    """The numbers that matter most."""
+    data, sigma = found.measurements, promised(found)
+    whole = float(np.sqrt(np.mean(np.sum(data.deflection**2, axis=1))))
+    left = float(np.sqrt(np.mean(np.sum(found.residual**2, axis=1))))
+    made = [
+        Tile(
+            "Readings",
+            str(len(data)),
+            f"of {counted(len(data.tool.markers), 'marker')} in "
+            f"{counted(len(data.cases), 'experiment')}, "
+            f"{counted(int(found.configuration.max()) + 1, 'distinct load case')}.",
+        )
+    ]
+    if np.isfinite(found.scale):
+        made.append(
+            Tile(
+                "Noise found",
+                length(found.scale * sigma),
+                f"Standard deviation of one coordinate, from {found.dof} degrees of freedom: "
+                f"{number(found.scale, 2)} times what was promised, {length(sigma)}.",
+            )
+        )
+    made.append(
+        Tile(
+            "Explained",
+            percent(1.0 - left / whole) if whole > 0.0 else "–",
+            f"Deflections of {length(whole)} (RMS) leave residuals of {length(left)}.",
+        )
+    )
+    return made
+
+
+def _result(contents: Contents, found: Identification) -> dict[str, Any]:
+    kinds = families(found, contents.references)
+    return {
+        "tiles": tiles(found),
+        "remarks": (*found.measurements.remarks, *found.remarks),
+        "families": [(family, _forest(family, contents, found)) for family in kinds],
+        "how": _how(found),
+        "references": list(contents.references),
+        "confidence": sure_of(found.how.confidence),
+        "open": any(row.state for family in kinds for row in family.table.rows),
+    }
+
+
+def _forest(family: Family, contents: Contents, found: Identification) -> Any:
+    panels = [
+        (f"compliance [{family.unit}]", family.compliance),
+        (f"stiffness [{family.stiffness_unit}]", family.stiffness),
+        ("compliance, off the estimate [%]", close_up(family.compliance)),
+    ]
+    sure = sure_of(found.how.confidence)
+    return two_widths(lambda width: forest_chart(panels, list(contents.references), sure, width))
+
+
+def _how(found: Identification) -> list[str]:
+    """How it was fitted, in words."""
+    said = []
+    if found.how.model == "linear":
+        said.append("Fitted by the linear model: deflections of the unloaded configuration.")
+    else:
+        shift = np.abs(found.linear - found.compliance) / np.maximum(found.standard_error, 1e-300)
+        worst = int(np.argmax(shift))
+        said.append(
+            f"Fitted on the nonlinear equilibrium in {counted(found.iterations, 'step')}. The "
+            f"linear model would be off by up to {number(float(shift[worst]), 2)} standard errors "
+            f"({found.identified[worst]})."
+        )
+    if found.how.sigma == "known":
+        said.append("Intervals rest on the promised noise.")
+    else:
+        said.append(
+            f"Intervals rest on the noise found, with Student's t for {found.dof} degrees of "
+            "freedom."
+        )
+    if found.how.loss != "squares":
+        said.append(f"Robust loss {found.how.loss}: outlying readings count less.")
+    return said
+
+
+def _residuals(found: Identification) -> dict[str, Any]:
+    data = found.measurements
+    scale = found.scale if found.how.sigma == "estimated" else 1.0
+    sigma = scale * np.sqrt(np.einsum("rii->ri", data.covariance))
+    strips = Strips(found.residual, 2.0 * sigma, data.case, data.names, "twice the noise")
+    plot = None
+    if found.dof >= _FEWEST and np.isfinite(found.scale):
+        freedom = np.sqrt(found.dof / found.residual.size)
+        plot = quantile_chart((found.residual / sigma).ravel() / freedom)
+    inside = float((np.abs(found.residual) <= 2.0 * sigma).mean())
+    return {
+        "strips": two_widths(lambda width: strips_chart(strips, width)),
+        "strips_remark": strips.remark,
+        "inside": percent(inside),
+        "estimated": found.how.sigma == "estimated",
+        "quantiles": plot,
+        "lack": lack_of_fit_in_words(found),
+    }
+
+
+def lack_of_fit_in_words(found: Identification) -> str:
+    """What repeats say of the model."""
+    lack = found.lack_of_fit
+    if lack is None:
+        return "Nothing was measured twice, so noise and errors of the model cannot be told apart."
+    said = (
+        f"Repeats scatter {number(lack.pure_scale, 2)} times as much as promised "
+        f"({lack.pure_dof} degrees of freedom)"
+    )
+    if not lack.fit_dof:
+        return said + "; the model has as many unknowns as there are means, so they cannot test it."
+    said += (
+        f"; their means lie {number(lack.fit_scale, 2)} times the promised noise off the model "
+        f"({lack.fit_dof}). "
+    )
+    p = number(lack.p_value, 2)
+    if lack.p_value < 1e-3:
+        return said + f"That is too far for chance (p = {p}): the model lacks something."
+    if lack.p_value < 0.05:
+        return said + f"That is rare by chance (p = {p}): have an eye on the model."
+    return said + f"That is what chance does (p = {p}): repeats do not contradict the model."
+
+
+def _influence(found: Identification) -> dict[str, Any]:
+    data = found.measurements
+    scale = found.scale if found.how.sigma == "estimated" else 1.0
+    sigma = scale * np.sqrt(np.einsum("rii->ri", data.covariance))
+    count = len(data.cases)
+    squares = np.bincount(data.case, np.sum((found.left_out / sigma) ** 2, axis=1), count)
+    readings = np.maximum(np.bincount(data.case, minlength=count), 1)
+    left_out = np.sqrt(squares / (3.0 * readings))
+    own = found.influence
+    chart = leverage_chart(own.leverage, left_out, own.cook, data.names, float(own.leverage.mean()))
+    cook = np.where(np.isfinite(own.cook), own.cook, np.inf)
+    order = np.argsort(-cook)[:6]
+    rows = [
+        (
+            data.names[i],
+            number(float(own.leverage[i]), 2),
+            number(float(left_out[i]), 2),
+            number(float(cook[i]), 2),
+        )
+        for i in order
+    ]
+    return {"chart": chart, "rows": rows, "others": count - len(order)}
+
+
+def _correlation(found: Identification) -> dict[str, Any]:
+    p = len(found.identified)
+    worst = np.arange(p)[::-1][: min(_WORST, max(p - 1, 1))]
+    seen = found.singular_values[worst] / found.singular_values[0]
+    return {
+        "map": correlation_chart(found.correlation, found.identified) if p > 1 else None,
+        "combinations": combinations_chart(found.combinations[worst], seen, found.identified)
+        if p > 1
+        else None,
+        "many": p > 9,
+        "strongest": _strongest(found) if p > 1 else "",
+    }
+
+
+def _strongest(found: Identification) -> str:
+    correlation = np.abs(np.tril(found.correlation, -1))
+    i, j = np.unravel_index(int(np.argmax(correlation)), correlation.shape)
+    value = float(found.correlation[i, j])
+    names = f"{found.identified[j]} and {found.identified[i]}"
+    return f"The strongest correlation is that of {names}: {number(value, 2)}."

@@ -1,0 +1,263 @@
+"""The report of a campaign: every stage that exists, what is weak, safe whatever it is named."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from functools import cache
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from elastocal import report
+from elastocal.errors import InputError
+from elastocal.identification import identify
+from elastocal.load_case import LoadCases
+from elastocal.measurement import chosen
+from elastocal.report.charts.correlation import _colour
+from elastocal.report.charts.strips import Strips
+from elastocal.report.intervals import decimals_of
+from elastocal.simulation import Outliers, simulate
+from elastocal.uncertainty import Fit
+from elastocal.validation import leave_one_out, summary, validate
+from tests.report.examples import (
+    HOSTILE,
+    PLANS,
+    campaign_page,
+    identified,
+    measured,
+    three_link_plan,
+    truth_of,
+    validated,
+    visible,
+    without_plotly,
+)
+
+STAGES = ("identification", "residuals", "influence", "correlation", "validation")
+
+
+@cache
+def page_of(name: str) -> str:
+    return without_plotly(campaign_page(name))
+
+
+def ids(page: str) -> list[str]:
+    return re.findall(r'<(?:section|header)[^>]* id="([\w-]+)"', page)
+
+
+@pytest.mark.parametrize("name", PLANS)
+class TestEveryRobot:
+    def test_stages_come_in_the_order_of_the_work(self, name: str) -> None:
+        found = ids(page_of(name))
+        assert found[:2] == ["state", "verdict"]
+        assert tuple(found[-6:]) == (*STAGES, "provenance")
+        assert found.index("run-sheet") < found.index("identification")
+
+    def test_links_lead_somewhere(self, name: str) -> None:
+        page = page_of(name)
+        targets = set(re.findall(r'href="#([\w-]+)"', page))
+        assert {*STAGES, "verdict", "provenance"} <= targets
+        assert targets <= set(re.findall(r' id="([\w-]+)"', page))
+
+    def test_nothing_is_fetched(self, name: str) -> None:
+        page = page_of(name)
+        assert not re.findall(r"""(?:src|href)\s*=\s*["']?\s*(?:https?:|//)""", page)
+        assert not re.findall(r"@import|url\((?!#)", page)
+
+    def test_elements_are_closed(self, name: str) -> None:
+        open_elements: list[str] = []
+
+        class Checker(HTMLParser):
+            def handle_starttag(self, tag: str, attrs: object) -> None:
+                if tag not in {"meta", "link", "input", "img"}:
+                    open_elements.append(tag)
+
+            def handle_endtag(self, tag: str) -> None:
+                assert open_elements.pop() == tag
+
+        Checker().feed(page_of(name))
+        assert open_elements == []
+
+    def test_every_scene_has_its_data(self, name: str) -> None:
+        page = page_of(name)
+        wanted = re.findall(r'data-scene="([\w-]+)"', page)
+        assert wanted == ["robot-scene", "residuals-scene"]
+        assert [i for i in wanted if f'type="application/json" id="{i}"' not in page] == []
+
+    def test_compliances_are_shown_with_error_and_unit(self, name: str) -> None:
+        found, words = identified(name), visible(page_of(name))
+        for k, error in zip(found.compliance, found.standard_error, strict=True):
+            decimals = decimals_of(1e9 * error)
+            assert f"{1e9 * k:.{decimals}f}" in words
+        for slides, unit in ((False, "10⁻⁹ rad/(N·m)"), (True, "10⁻⁹ m/N")):
+            if (found.model.springs.prismatic == slides).any():
+                assert unit in words
+
+
+def test_remarks_are_on_top_and_in_their_section() -> None:
+    found, page = identified("kuka-kr270"), page_of("kuka-kr270")
+    assert found.remarks
+    top = page.split("<nav")[0]
+    own = page.split('id="identification"')[1].split("</section>")[0]
+    for remark in found.remarks:
+        assert remark in visible(top)
+        assert remark in visible(own)
+
+
+def test_no_remarks_is_said() -> None:
+    plan = three_link_plan()
+    rng = np.random.default_rng(4)
+    q = rng.uniform(-1.2, 1.2, (40, 3))
+    cases = LoadCases(q, np.tile([300.0, 200.0, -800.0, 0.0, 0.0, 0.0], (40, 1)))
+    data = simulate(plan.study, truth_of(plan), cases, np.ones(40, dtype=int), rng)
+    found = identify(plan.study.arm, data)
+    assert found.remarks == ()
+    assert "Nothing weak was found" in visible(report.html(plan, identification=found))
+    assert "No weak points" in visible(report.html(plan, identification=found))
+
+
+def test_state_in_plain_words() -> None:
+    top = visible(page_of("three-link").split("<nav")[0])
+    found = validated("three-link")
+    removed = 1.0 - summary(found.after).rms / summary(found.before).rms
+    assert f"{100.0 * removed:.0f}" in top
+    assert "took no part in the identification" in top
+    assert "Noise found: σ =" in top
+    assert "no path compensated yet" in top
+
+
+def test_left_out_in_turn_is_said() -> None:
+    page = visible(report.html(validation=leave_one_out(identified("three-link"))))
+    assert "each left out in turn; nothing was kept aside" in page
+    assert "weaker test" in page
+
+
+def test_a_wrong_model_is_not_praised() -> None:
+    plan = three_link_plan()
+    truth = truth_of(plan)
+    wrong = replace(truth, compliance=-truth.compliance)
+    page = visible(report.html(validation=validate(plan.study.arm, wrong, measured("three-link"))))
+    assert "the error is larger than without it" in page
+    assert "larger than noise and uncertain compliances make" in page
+    assert "No weak points" not in page
+
+
+def test_interval_that_contains_zero_is_marked() -> None:
+    plan = three_link_plan()
+    truth = truth_of(plan)
+    stiff = replace(truth, compliance=truth.compliance * [1.0, 1.0, 1e-6])
+    data = simulate(
+        plan.study, stiff, plan.load_cases, np.array([1, 1, 1]), np.random.default_rng(2)
+    )
+    found = identify(plan.study.arm, data)
+    assert found.interval[2, 0] < 0.0 < found.interval[2, 1]
+    page = report.html(identification=found)
+    assert '<tr class="open">' in page
+    assert "∞" in visible(page)
+
+
+def test_outlier_leaves_the_band_and_is_named() -> None:
+    plan = three_link_plan()
+    rng = np.random.default_rng(7)
+    data = simulate(
+        plan.study,
+        truth_of(plan),
+        plan.load_cases,
+        np.full(3, 5),
+        rng,
+        outliers=Outliers(0.1, 1e-3),
+    )
+    found = identify(plan.study.arm, data, Fit(sigma="estimated"))
+    page = report.html(identification=found)
+    assert 'class="far"' in page.split('id="residuals"')[1].split("</section>")[0]
+    worst = data.names[int(np.nanargmax(found.influence.cook))]
+    influence = page.split('id="influence"')[1].split("</section>")[0]
+    assert f"<td>{worst}</td>" in influence
+
+
+def test_hostile_text_is_escaped() -> None:
+    plan = three_link_plan()
+    data = measured("three-link")
+    tool = replace(data.tool, name=HOSTILE, marker_names=tuple(HOSTILE for _ in data.tool.markers))
+    names = tuple(f"{HOSTILE}{i}" for i in range(len(data.names)))
+    hostile = replace(data, tool=tool, names=names, source=HOSTILE, remarks=(HOSTILE,), sha256="ab")
+    springs = plan.study.springs
+    named = replace(springs, names=tuple(f"{HOSTILE}{i}" for i in range(len(springs))))
+    arm = replace(plan.study.arm, springs=named)
+    found = identify(arm, hostile)
+    page = report.html(
+        plan,
+        identification=found,
+        references={HOSTILE: found.model},
+        validation=leave_one_out(found),
+    )
+    page = without_plotly(page)
+    assert page.count("<script") == page.count("</script>") == 4
+    assert "<img" not in page
+    assert page.count("alert(&#39;x&#39;)") > 10
+
+
+def test_a_long_campaign_stays_a_small_page() -> None:
+    plan = three_link_plan()
+    rng = np.random.default_rng(3)
+    q = rng.uniform(-1.2, 1.2, (3000, 3))
+    cases = LoadCases(q, np.tile([300.0, 200.0, -800.0, 0.0, 0.0, 0.0], (3000, 1)))
+    data = simulate(plan.study, truth_of(plan), cases, np.ones(3000, dtype=int), rng)
+    found = identify(plan.study.arm, data)
+    page = without_plotly(report.html(plan, identification=found, validation=leave_one_out(found)))
+    assert len(page) < 4_000_000
+    assert "2988 further configurations" in visible(page)
+    assert re.search(r"2\d{3} further readings, none of them the farthest out", visible(page))
+
+
+def test_a_single_compliance() -> None:
+    plan = three_link_plan()
+    arm = replace(plan.study.arm, springs=_first(plan.study.springs))
+    found = identify(arm, chosen(measured("three-link"), np.arange(6) < 4))
+    assert "nothing to be told apart" in visible(report.html(identification=found))
+
+
+def _first(springs):  # type: ignore[no-untyped-def]
+    from elastocal.elastostatics import subset
+
+    return subset(springs, springs.names[:1])
+
+
+def test_nothing_to_show_is_refused() -> None:
+    with pytest.raises(InputError, match="a report needs"):
+        report.html()
+
+
+def test_same_values_same_report() -> None:
+    found = identified("three-link")
+    assert report.html(identification=found) == report.html(identification=found)
+
+
+@pytest.mark.parametrize(
+    ("error", "decimals"), [(42.0, 0), (4.2, 1), (0.42, 2), (0.0031, 4), (0.0, 2), (np.nan, 2)]
+)
+def test_no_more_digits_than_the_error_leaves(error: float, decimals: int) -> None:
+    assert decimals_of(error) == decimals
+
+
+def test_correlations_are_as_dark_for_either_sign() -> None:
+    """In grey the size is seen and the number says the sign."""
+
+    def grey(r: float) -> float:
+        colour = _colour(r)
+        parts = [int(colour[i : i + 2], 16) for i in (1, 3, 5)]
+        return float(np.dot([0.2126, 0.7152, 0.0722], parts))
+
+    for size in (0.2, 0.5, 0.9, 1.0):
+        assert abs(grey(size) - grey(-size)) < 15.0
+        assert grey(size) < grey(size - 0.15)
+
+
+def test_thinned_strips_keep_the_farthest_out() -> None:
+    error = np.random.default_rng(0).normal(size=(5000, 3)) * 1e-5
+    error[1234] = 1e-3
+    strips = Strips(error, np.full((5000, 3), 2e-5), np.arange(5000), [], "")
+    assert 1234 in strips.shown
+    assert len(strips.shown) <= 900
+    assert strips.remark.startswith(str(5000 - len(strips.shown)))
