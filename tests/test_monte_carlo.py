@@ -25,7 +25,7 @@ from elastocal.shapes import BodyMass
 from elastocal.simulation import LoadError, Outliers, simulate
 from elastocal.study import Study
 from elastocal.uncertainty import Fit
-from tests.campaigns import kr270_study, kr270_truth, published_cases, published_plans
+from tests.kr270 import kr270_study, kr270_truth, published_cases, published_plans
 
 STUDY = kr270_study()
 TRUTH = kr270_truth(STUDY)

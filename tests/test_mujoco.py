@@ -16,7 +16,7 @@ from elastocal.robot import Robot
 from elastocal.robots import DHRow, from_dh
 from elastocal.shapes import BodyMass
 from tests.arms import random_chain, random_tool
-from tests.campaigns import kr270_study, kr270_truth, published_cases
+from tests.kr270 import kr270_study, kr270_truth, published_cases
 from tests.settling import Settling
 
 ABSOLUTE, RELATIVE = 1e-11, 1e-9  # m, of the deflection

@@ -13,7 +13,7 @@ from elastocal.io.campaign_file import QUANTILES
 from elastocal.io.measurement_file import read_measurements
 from elastocal.io.plan_file import read_proposal
 from elastocal.simulation import simulate
-from tests.campaigns import FOLDER, kr270_study, kr270_truth
+from tests.kr270 import FOLDER, kr270_study, kr270_truth
 from tests.cli.test_commands import run
 from tests.paper.published import TABLE_5
 
