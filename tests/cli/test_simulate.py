@@ -13,8 +13,8 @@ from elastocal.io.campaign_file import QUANTILES
 from elastocal.io.measurement_file import read_measurements
 from elastocal.io.plan_file import read_proposal
 from elastocal.simulation import simulate
-from tests.kr270 import FOLDER, kr270_study, kr270_truth
 from tests.cli.test_commands import run
+from tests.kr270 import FOLDER, kr270_study, kr270_truth
 from tests.paper.published import TABLE_5
 
 STUDY, TRUTH = FOLDER / "study.yaml", FOLDER / "truth.json"
