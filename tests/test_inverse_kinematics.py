@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import elastocal as ec
+from elastocal.arrays import Array
 from elastocal.damped import damped_steps
-from elastocal.inverse_kinematics import nearest_configuration
+from elastocal.inverse_kinematics import follow, nearest_configuration
 from elastocal.robot import transform
 from tests.arms import random_chain
 
@@ -90,3 +91,39 @@ def test_larger_moves_stay_on_the_branch(turn: float) -> None:
     reached = nearest_configuration(KUKA, TCP, target, TEST_POSE)
     assert reached.found
     np.testing.assert_allclose(reached.q, q, atol=1e-8)
+
+
+def poses(q: Array) -> Array:
+    return ec.forward_kinematics(KUKA, q) @ transform(None, TCP)
+
+
+def winding(count: int) -> Array:
+    """A path in joint space that bends between the points that are searched first."""
+    t = np.linspace(0.0, 3.0, count)[:, None]
+    return TEST_POSE + 0.2 * np.sin(t * np.arange(1, 7)) * np.array([1, 0.5, 0.5, 1, 0.5, 1])
+
+
+@pytest.mark.parametrize("count", [1, 2, 16, 17, 18, 100])
+def test_a_path_is_followed_on_its_branch(count: int) -> None:
+    q = winding(count)
+    found, last = follow(KUKA, TCP, poses(q), TEST_POSE)
+    assert last.found
+    np.testing.assert_allclose(found, q, atol=1e-8)
+
+
+def test_a_path_ends_at_the_first_pose_that_is_not_reached() -> None:
+    q = winding(100)
+    targets = poses(q)
+    targets[37:, 0, 3] += 4.0
+    found, last = follow(KUKA, TCP, targets, TEST_POSE)
+    assert not last.found
+    assert len(found) == 38
+    np.testing.assert_allclose(found[:37], q[:37], atol=1e-8)
+
+
+def test_a_jump_of_the_poses_is_followed_too() -> None:
+    q = winding(60)
+    q[25:, 0] += np.radians(40.0)
+    found, last = follow(KUKA, TCP, poses(q), TEST_POSE)
+    assert last.found
+    np.testing.assert_allclose(found, q, atol=1e-8)

@@ -19,6 +19,9 @@ from elastocal.rotations import rotation_vectors
 _MOST_STEPS = 200
 _CLOSE = 1e-11  # remaining error that counts as none [m, rad]
 _LONGEST = 0.3  # longest step [rad or m]
+_STRIDE = 16
+_MOST_TOGETHER = 12
+_SLACK = 0.02  # how far a path may bend between two points of the line [rad or m]
 
 
 class Reached(NamedTuple):
@@ -53,8 +56,8 @@ def nearest_configuration(robot: Robot, point: Array, target: Array, start: Arra
     q = np.clip(start, robot.lower, robot.upper)
     best = Reached(q, np.inf, np.inf)
     for _ in range(_MOST_STEPS):
-        posture = Posture(robot, q[None])
-        error, columns = _state(posture, point, target)
+        errors, jacobians = _state(robot, q[None], point, target[None])
+        error, columns = errors[0], jacobians[0]
         distance = float(np.linalg.norm(error[:3]))
         turn = float(np.linalg.norm(error[3:])) if rows == 6 else 0.0
         if distance + turn < best.distance + best.turn:
@@ -68,16 +71,78 @@ def nearest_configuration(robot: Robot, point: Array, target: Array, start: Arra
     return best
 
 
-def _state(posture: Posture, point: Array, target: Array) -> tuple[Array, Array]:
-    """(6,) displacement and turn that are missing, and the (6, n) Jacobian."""
-    robot = posture.robot
+def follow(robot: Robot, point: Array, targets: Array, start: Array) -> tuple[Array, Reached]:
+    """Configurations along a path of poses, each on the branch of the one before.
+
+    Every sixteenth point is searched from the one before it. Those between start on the straight
+    line between their neighbours and are searched all at once; where that leads away from the
+    line, one after the other.
+
+    Args:
+        robot: The robot.
+        point: (3,) point in the flange frame [m].
+        targets: (N, 4, 4) poses of the point, N at least 1, as for `nearest_configuration`.
+        start: (n,) configuration near the first one [rad or m].
+
+    Returns:
+        (M, n) configurations [rad or m] and how near the last one is to its pose: M is N, or the
+        number of points up to the first that is not reached.
+    """
+    first = nearest_configuration(robot, point, targets[0], start)
+    parts, last, done = [first.q[None]], first, 1
+    while done < len(targets) and last.found:
+        block = targets[done : done + _STRIDE]
+        end = nearest_configuration(robot, point, block[-1], last.q)
+        shares = np.arange(1, len(block) + 1)[:, None] / len(block)
+        line = last.q + shares * (end.q - last.q)
+        q = _together(robot, point, block, line) if end.found else None
+        if q is None:
+            q, last = _one_by_one(robot, point, block, last.q)
+        else:
+            last = end
+        parts.append(q)
+        done += len(q)
+    return np.concatenate(parts), last
+
+
+def _one_by_one(robot: Robot, point: Array, targets: Array, near: Array) -> tuple[Array, Reached]:
+    """Configurations up to the first pose that is not reached, and how near the last one is."""
+    found = []
+    for target in targets:
+        reached = nearest_configuration(robot, point, target, near)
+        near = reached.q
+        found.append(near)
+        if not reached.found:
+            break
+    return np.array(found), reached
+
+
+def _together(robot: Robot, point: Array, targets: Array, line: Array) -> Array | None:
+    """Configurations near a straight line; None if one is not found, or leads away from it."""
+    rows, q = 6 if len(robot.joints) >= 6 else 3, line.copy()
+    for _ in range(_MOST_TOGETHER):
+        errors, jacobians = _state(robot, q, point, targets)
+        if np.abs(errors[:, :rows]).max() < _CLOSE:
+            near = np.abs(q - line) <= _SLACK + np.abs(line[-1] - line[0])
+            inside = (q >= robot.lower) & (q <= robot.upper)
+            return q if bool((near & inside).all()) else None
+        q = q + damped_steps(jacobians[:, :rows], errors[:, :rows], robot.prismatic).step
+        if not np.abs(q - line).max() < _LONGEST:
+            return None
+    return None
+
+
+def _state(robot: Robot, q: Array, point: Array, targets: Array) -> tuple[Array, Array]:
+    """(N, 6) displacement and turn that are missing, and the (N, 6, n) Jacobians."""
+    posture = Posture(robot, q)
     at = posture.point(point)
-    rotation = posture.bodies[-1][:3, :, 0].T
-    missing = rotation_vectors((target[:3, :3] @ rotation.T)[None])[0]
-    columns = np.zeros((6, len(robot.joints)))
-    columns[:3] = posture.point_jacobian(at)[:, :, 0]
-    columns[3:, ~robot.prismatic] = posture.axes[:, ~robot.prismatic, 0]
-    return np.concatenate([target[:3, 3] - at[:, 0], missing]), columns
+    rotation = posture.bodies[-1][:3].transpose(2, 0, 1)  # transposed: rows are the axes
+    missing = rotation_vectors(targets[:, :3, :3] @ rotation)
+    columns = np.zeros((len(q), 6, len(robot.joints)))
+    columns[:, :3] = posture.point_jacobian(at).transpose(2, 0, 1)
+    turning = ~robot.prismatic
+    columns[:, 3:, turning] = posture.axes[:, turning].transpose(2, 0, 1)
+    return np.hstack([targets[:, :3, 3] - at.T, missing]), columns
 
 
 def _step_within(robot: Robot, q: Array, columns: Array, error: Array, slides: BoolArray) -> Array:

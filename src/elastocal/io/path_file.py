@@ -14,7 +14,7 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.errors import PathFileError
-from elastocal.inverse_kinematics import nearest_configuration
+from elastocal.inverse_kinematics import follow
 from elastocal.io.csv_table import ANGLES, FORCES, LENGTHS, TORQUES, Table, read_table
 from elastocal.io.orientation_columns import Form, form_of, read_orientations
 from elastocal.load_case import LoadCases
@@ -169,19 +169,15 @@ def _followed(table: Table, robot: Robot, tool: Tool, form: Form | None, start: 
     targets = np.zeros((count, 4, 4))
     targets[:, :3, 3] = table.numbers(_POSITION, LENGTHS)
     targets[:, :3, :3] = read_orientations(table, form) if form else np.eye(3)
-    q = np.zeros((count, len(robot.joints)))
-    near = np.asarray(start, dtype=float)
-    for i, (line, _) in enumerate(table.rows):
-        reached = nearest_configuration(robot, tool.tcp, targets[i], near)
-        if not reached.found:
-            off = f"{1e3 * reached.distance:.4g} mm"
-            turn = f" and {np.degrees(reached.turn):.3g}°" if reached.turn > 1e-6 else ""
-            hint = "; name a configuration near it with --start" if i == 0 else ""
-            raise PathFileError(
-                f"{table.path}, line {line}: no configuration within the joint limits has the TCP "
-                f"there, the nearest found is {off}{turn} off{hint}"
-            )
-        near = q[i] = reached.q
+    q, last = follow(robot, tool.tcp, targets, start)
+    if not last.found:
+        off = f"{1e3 * last.distance:.4g} mm"
+        turn = f" and {np.degrees(last.turn):.3g}°" if last.turn > 1e-6 else ""
+        hint = "; name a configuration near it with --start" if len(q) == 1 else ""
+        raise PathFileError(
+            f"{table.path}, line {table.rows[len(q) - 1][0]}: no configuration within the joint "
+            f"limits has the TCP there, the nearest found is {off}{turn} off{hint}"
+        )
     return q
 
 
