@@ -169,3 +169,20 @@ def test_an_arm_that_gives_way_is_refused(tmp_path: Path) -> None:
     assert result.exit_code == 3
     assert "1 of 1 points cannot be corrected" in result.stderr
     assert not (tmp_path / "c.csv").exists()
+
+
+def test_a_floor_that_gives_way_is_compensated_too(tmp_path: Path) -> None:
+    model = tmp_path / "model.json"
+    unit = {"unit": "rad/(N·m)"}
+    document = {
+        "compliance": {"A2": {"value": 3e-7} | unit, "floor": {"value": 5e-8} | unit},
+        "springs": {"floor": {"carried_by": "base", "type": "revolute", "axis": [0, 1, 0]}},
+    }
+    model.write_text(json.dumps(document), encoding="utf-8")
+    result = run(
+        "compensate", STUDY, model, PATH, "-o", tmp_path / "c.csv", "--truth", model, "--json"
+    )
+    assert result.exit_code == 0, result.stderr
+    points = json.loads(result.stdout)["points"]
+    assert max(np.linalg.norm(point["residual_mm"]) for point in points) < 1e-6
+    assert all(point["iterations"] >= 1 for point in points)
