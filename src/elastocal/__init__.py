@@ -17,6 +17,8 @@ _PUBLIC = {
     "Tool": "elastocal.robot",
     "load_robot": "elastocal.robots",
     "from_dh": "elastocal.robots",
+    "from_urdf": "elastocal.robots",
+    "Coupling": "elastocal.coupling",
     "DHRow": "elastocal.robots",
     "LoadCases": "elastocal.load_case",
     "forward_kinematics": "elastocal.posture",

@@ -101,6 +101,7 @@ class Robot:
         visuals: Shapes to draw, in the frames of their bodies.
         collisions: Shapes that must not touch.
         remarks: Sentences on what was left out or assumed when the robot was read from a file.
+        sha256: Hash of that file, empty if there is none.
         links: Transforms of the chain in normal form, (n + 1, 4, 4); made here.
     """
 
@@ -112,6 +113,7 @@ class Robot:
     visuals: tuple[Shape, ...] = ()
     collisions: tuple[Shape, ...] = ()
     remarks: tuple[str, ...] = ()
+    sha256: str = ""
     links: Array = field(init=False, repr=False)
 
     def __post_init__(self) -> None:

@@ -121,6 +121,9 @@ def test_every_example_is_planned_with_a_certificate(path: Path, tmp_path: Path)
     assert document["certificate"]["efficiency"] > 0.95
     judged = runner.invoke(app, ["evaluate", str(path), str(plan)])
     assert judged.exit_code == 0, judged.output
+    assert "another" not in judged.output
+    robot = read_study(path).robot
+    assert document["study"]["robot_sha256"] == robot.sha256
 
 
 def test_there_are_six_examples() -> None:
@@ -186,6 +189,11 @@ def test_a_plan_finds_the_robot_beside_it_or_says_where_it_looked(tmp_path: Path
     (tmp_path / "kr270.urdf").write_text((FOLDER / "kr270.urdf").read_text())
     found = runner.invoke(app, ["report", str(plan)])
     assert "at least one load case" in found.output
+    document["study"]["robot_sha256"] = "0" * 64  # type: ignore[index]
+    plan.write_text(json.dumps(document))
+    changed = runner.invoke(app, ["report", str(plan)])
+    assert changed.exit_code == 2
+    assert "the robot file of 'kr270' has changed since this plan was made" in changed.output
 
 
 def test_check_says_which_mistake_it_is_and_fails(tmp_path: Path) -> None:

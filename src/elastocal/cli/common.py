@@ -77,10 +77,9 @@ def study_at(path: Path) -> Study:
 
 def study_of_plan(plan: Path, study: Path | None) -> Study:
     """The study of a plan: the one in a file, or else the one embedded in the plan."""
-    from elastocal.io.plan_file import study_text
-    from elastocal.io.study_file import parse_study
+    from elastocal.io.embedded_study import embedded_study
 
-    return parse_study(study_text(plan), plan) if study is None else study_at(study)
+    return embedded_study(plan) if study is None else study_at(study)
 
 
 def template_path() -> Path:

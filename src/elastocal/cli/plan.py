@@ -101,6 +101,8 @@ def evaluate(
         name = path.name if path.name not in results else str(path)
         if proposal.study_hash and proposal.study_hash != study_hash(what):
             print(f"note: {name} was made from another version of the study", file=sys.stderr)
+        if proposal.robot_hash and proposal.robot_hash != what.robot.sha256:
+            print(f"note: {name} was made with another robot file", file=sys.stderr)
         m = int(proposal.repeats.sum())
         # A plan is judged by the criterion it was made for.
         wanted = replace(what, criterion=proposal.criterion or what.criterion)

@@ -43,6 +43,7 @@ class Proposal:
         study_hash: Hash of the study it was made from, empty if not said.
         criterion: Criterion it was made for, empty if not said.
         seed: Seed of the search, None if not said.
+        robot_hash: Hash of the robot file it was made with, empty if not said.
     """
 
     name: str
@@ -52,6 +53,7 @@ class Proposal:
     study_hash: str = ""
     criterion: str = ""
     seed: int | None = None
+    robot_hash: str = ""
 
 
 def study_hash(study: Study) -> str:
@@ -93,7 +95,7 @@ def plan_document(plan: Plan) -> dict[str, Any]:
         "elastocal": 1,
         "kind": "plan",
         "made_by": f"elastocal {__version__}",
-        "study": {"name": study.name, "sha256": study_hash(study), "text": study.text},
+        "study": _origin(study),
         "criterion": plan.criterion,
         "seed": plan.seed,
         "experiments": plan.count,
@@ -115,6 +117,12 @@ def plan_document(plan: Plan) -> dict[str, Any]:
         "criteria": _criteria(worth.criteria),
         "certificate": _certificate(robot, plan.certificate),
     }
+
+
+def _origin(study: Study) -> dict[str, str]:
+    """The study that a plan is made from, and the robot file it names."""
+    origin = {"name": study.name, "sha256": study_hash(study), "text": study.text}
+    return origin | ({"robot_sha256": study.robot.sha256} if study.robot.sha256 else {})
 
 
 def _criteria(values: dict[str, float]) -> dict[str, float]:
@@ -206,21 +214,12 @@ def read_proposal(path: str | Path, study: Study) -> Proposal:
     return _read_json(text, path, study.robot)
 
 
-def study_text(path: Path) -> str:
-    """The study embedded in a plan.json.
+def document_of(text: str, path: Path) -> Any:
+    """The content of a plan.json.
 
     Raises:
-        PlanFileError: none is.
+        PlanFileError: not JSON, not a plan, or of another version.
     """
-    document = _document(read_text(path), path)
-    study = document.get("study")
-    text = study.get("text", "") if isinstance(study, dict) else ""
-    if not isinstance(text, str) or not text:
-        raise PlanFileError(f"{path}: no study is embedded in this plan; name it with --study")
-    return text
-
-
-def _document(text: str, path: Path) -> Any:
     try:
         document = json.loads(text)
     except json.JSONDecodeError as error:
@@ -242,7 +241,7 @@ def _document(text: str, path: Path) -> Any:
 
 
 def _read_json(text: str, path: Path, robot: Robot) -> Proposal:
-    document = _document(text, path)
+    document = document_of(text, path)
     entries = document.get("load_cases")
     if not isinstance(entries, list) or not entries:
         raise PlanFileError(f"{path}: load_cases must be a list with at least one load case")
@@ -277,16 +276,17 @@ def _read_json(text: str, path: Path, robot: Robot) -> Proposal:
             if isinstance(entry, dict)
         }
     study = document.get("study", {})
-    digest = study.get("sha256", "") if isinstance(study, dict) else ""
+    origin = study if isinstance(study, dict) else {}
     seed = document.get("seed")
     return Proposal(
         path.name,
         LoadCases(q, wrench),
         repeats,
         claims,
-        str(digest),
+        str(origin.get("sha256", "")),
         str(document.get("criterion", "")),
         seed if isinstance(seed, int) else None,
+        str(origin.get("robot_sha256", "")),
     )
 
 

@@ -6,6 +6,7 @@ fixed joints folded, masses and shapes of everything that hangs on them. Meshes 
 
 from __future__ import annotations
 
+import hashlib
 import io
 from collections.abc import Mapping
 from dataclasses import replace
@@ -94,6 +95,7 @@ def parse_urdf(
         visuals=tuple(visuals),
         collisions=tuple(collisions),
         remarks=(*remarks, *meshes.remark()),
+        sha256=hashlib.sha256(data).hexdigest(),
     )
 
 
