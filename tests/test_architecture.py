@@ -70,6 +70,8 @@ def test_the_design_core_knows_no_robot(path: Path) -> None:
             "elastostatics",
             "load_case",
             "loads",
+            "collision",
+            "cell",
             "constraints",
         }
     ],

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
-from elastocal.constraints import Constraint, describe, margins_at
+from elastocal.constraints import Constraint, describe
 from elastocal.criteria import losses
 from elastocal.design.criterion import scaled_inverse, weakest
 from elastocal.design.space import information
@@ -111,23 +111,24 @@ def margins(study: Study, cases: LoadCases) -> tuple[list[Constraint], Array]:
     """All constraints on configurations, and their margins (C, N)."""
     posture = Posture(study.robot, cases.q)
     constraints = [*study.joint_limits, *study.constraints]
-    return constraints, margins_at(constraints, posture)
+    room = [constraint.room(posture) for constraint in constraints]
+    return constraints, np.array(room).reshape(len(constraints), len(cases))
 
 
 def _margins(study: Study, cases: LoadCases) -> tuple[tuple[Nearest, ...], tuple[str, ...]]:
     """Nearest constraint of every load case, and what is violated."""
     constraints, room = margins(study, cases)
+    posture = Posture(study.robot, cases.q)
+    names = [constraint.names_at(posture) for constraint in constraints]
     nearest = []
     violations = []
     for i in range(len(cases)):
         least = int(np.argmin(room[:, i]))
-        nearest.append(
-            Nearest(constraints[least].name, float(room[least, i]), constraints[least].unit)
-        )
+        nearest.append(Nearest(names[least][i], float(room[least, i]), constraints[least].unit))
         for c, constraint in enumerate(constraints):
             if room[c, i] < -TOLERANCE:
                 broken = describe(-float(room[c, i]), constraint.unit)
-                violations.append(f"load case {i + 1} breaks {constraint.name} by {broken}")
+                violations.append(f"load case {i + 1} breaks {names[c][i]} by {broken}")
     e = study.experiments
     violations += _load_violations("force", "N", e.force, cases.wrench[:, :3])
     violations += _load_violations("torque", "N·m", e.moment, cases.wrench[:, 3:])

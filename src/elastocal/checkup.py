@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastocal.constraints import margins_at
+from elastocal.constraints import Clearance, margins_at
 from elastocal.errors import ElastocalError, InputError
 from elastocal.identifiability import check_count, check_identifiable
 from elastocal.known_pose import PoseCheck, check_known_poses
@@ -29,6 +29,7 @@ class Checkup:
         problem: Why the campaign cannot work, None if it can.
         remarks: Sentences on what looks odd.
         poses: How well the model fits poses read off at the robot, None if there are none.
+        unwatched: Sentences on what may touch what, because it is not watched.
     """
 
     reach: float
@@ -37,6 +38,7 @@ class Checkup:
     problem: ElastocalError | None
     remarks: tuple[str, ...]
     poses: PoseCheck | None = None
+    unwatched: tuple[str, ...] = ()
 
 
 def check(study: Study, *, seed: int = 0) -> Checkup:
@@ -62,7 +64,7 @@ def check(study: Study, *, seed: int = 0) -> Checkup:
         poses = check_known_poses(study.robot, study.coupling, study.known_poses)
         problem = problem if poses.fits else _misfit(poses)
     remarks = (*study.robot.remarks, *_remarks(study, reach))
-    return Checkup(reach, share, bottleneck, problem, remarks, poses)
+    return Checkup(reach, share, bottleneck, problem, remarks, poses, _unwatched(study))
 
 
 def _misfit(poses: PoseCheck) -> InputError:
@@ -77,6 +79,16 @@ def _misfit(poses: PoseCheck) -> InputError:
         f"{found}; it would fit to {1e3 * poses.left_over:.1f} mm if "
         f"{', or if '.join(poses.explanations)}"
     )
+
+
+def _unwatched(study: Study) -> tuple[str, ...]:
+    """Contacts that no clearance watches, those of one reason together."""
+    reasons: dict[str, list[str]] = {}
+    for constraint in study.constraints:
+        if isinstance(constraint, Clearance):
+            for left in constraint.left_out:
+                reasons.setdefault(left.why, []).append(f"{left.first}–{left.second}")
+    return tuple(f"{why}: {', '.join(pairs)}" for why, pairs in reasons.items())
 
 
 def _remarks(study: Study, reach: float) -> tuple[str, ...]:

@@ -152,9 +152,11 @@ class LoadCaseSpace:
         best = int(margins.min(axis=1).argmax())
         worst = int(margins[best].argmin())
         constraint = self.constraints[worst]
+        posture = Posture(self.robot, x[best : best + 1, : len(self.robot.joints)])
+        name = constraint.names_at(posture)[0]
         depth = describe(-float(margins[best, worst]), constraint.unit)
         raise InfeasibleError(
-            f"no feasible configuration found: the nearest one still breaks {constraint.name!r} "
+            f"no feasible configuration found: the nearest one still breaks {name!r} "
             f"by {depth}; relax it, or check the units and the "
             "joint limits"
         )

@@ -57,7 +57,7 @@ class Posture:
                 body[3] = frame[3]
             self.bodies.append(body)
         self.bodies.append(_attached(robot.links[n], body))
-        self._points: dict[bytes, Array] = {}
+        self._points: dict[tuple[int, bytes], Array] = {}
         self._jacobians: dict[int, Array] = {}
 
     @property
@@ -67,11 +67,9 @@ class Posture:
 
     def point(self, local: Array, body: int = -1) -> Array:
         """(3, N) position in the base frame of a point given in a body's frame [m]."""
-        frame = self.bodies[body]
-        if body != -1:
-            return _combined(local, frame) + frame[3]
-        key = local.tobytes()  # regressor and constraints ask for the same few points
+        key = (body, local.tobytes())  # regressor and constraints ask for the same few points
         if key not in self._points:
+            frame = self.bodies[body]
             self._points[key] = _combined(local, frame) + frame[3]
         return self._points[key]
 

@@ -69,6 +69,7 @@ class Tool:
         markers: (K, 3) points whose deflection is measured or asked for.
         marker_names: K names.
         tcp: (3,) point whose accuracy matters in a test pose; the load point if not given.
+        radius: How thick it is between the flange and its points, for collisions [m].
     """
 
     name: str
@@ -76,6 +77,7 @@ class Tool:
     markers: Array
     marker_names: tuple[str, ...]
     tcp: Array = field(default_factory=unset)
+    radius: float = 0.03
 
     def __post_init__(self) -> None:
         tcp = self.tcp if np.size(self.tcp) else self.load_point

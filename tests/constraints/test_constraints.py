@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from elastocal import constraints
+from elastocal.cell import CollisionRules, clearances
 from elastocal.constraints import (
+    Clearance,
     Constraint,
     Elevation,
     HalfSpace,
@@ -17,8 +19,9 @@ from elastocal.constraints import (
     Tilt,
 )
 from elastocal.posture import Posture, forward_kinematics
-from elastocal.robot import Robot
+from elastocal.robot import Robot, transform
 from elastocal.robots import kuka_kr270, three_link
+from elastocal.shapes import Shape
 from tests.arms import central_difference, random_chain
 
 POINT = np.array([0.6115, 0.0, -0.460])  # marker of the calibration tool
@@ -34,6 +37,20 @@ CONSTRAINTS: dict[str, Constraint] = {
     "tilt of an oblique axis": Tilt("tilt", [0.3, 1.0, 0.2], [1.0, 1.0, 0.0], 1.0),
 }
 GRADIENT = 1e-8
+
+
+def cell() -> tuple[Clearance, ...]:
+    robot = kuka_kr270()
+    obstacles = [
+        Shape("box", np.array([1.2, 1.6, 0.7]), transform(None, (1.7, 0.3, 0.35)), 0, "table"),
+        Shape("sphere", np.array([0.9]), transform(None, (0.5, 2.15, 1.1)), 0, "tank"),
+        Shape("capsule", np.array([0.3, 3.0]), transform(None, (-1.5, 0.4, 1.4)), 0, "post"),
+    ]
+    limits = np.array([robot.lower, robot.upper])
+    return clearances(robot, robot.tools["calibration"], limits, obstacles, CollisionRules())
+
+
+CONSTRAINTS |= {constraint.name: constraint for constraint in cell()}
 
 
 def configurations(count: int) -> np.ndarray:

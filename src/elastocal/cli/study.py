@@ -66,6 +66,7 @@ def check(
                 "bottleneck": found.bottleneck,
                 "remarks": list(found.remarks),
                 "check_poses": _pose_deviations(what, found),
+                "unwatched_contacts": list(found.unwatched),
                 "problem": None if found.problem is None else str(found.problem),
             }
         )

@@ -1,11 +1,13 @@
 """Constraints on configurations: signed margins in natural units, feasible where >= 0."""
 
 from elastocal.constraints.base import Constraint, describe, margins_at
+from elastocal.constraints.clearance import Clearance
 from elastocal.constraints.joint_limit import JointLimit
 from elastocal.constraints.orientation import Elevation, Tilt
 from elastocal.constraints.workspace import HalfSpace, MinRadius
 
 __all__ = [
+    "Clearance",
     "Constraint",
     "Elevation",
     "HalfSpace",

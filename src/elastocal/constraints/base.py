@@ -33,6 +33,14 @@ class Constraint(abc.ABC):
         margins are not near zero most of the time, so gradients are made only when asked for.
         """
 
+    def room(self, posture: Posture) -> Array:
+        """(N,) margins to be shown; `at` may stop measuring where there is plenty."""
+        return self.at(posture)[0]
+
+    def names_at(self, posture: Posture) -> list[str]:
+        """N names that say what of the constraint is nearest to being broken at each posture."""
+        return [self.name] * posture.count
+
     def margin(self, robot: Robot, q: Array) -> Array:
         """(N,) margins of configurations `q`, (N, n); feasible where >= 0."""
         return self.at(Posture(robot, q))[0]
@@ -43,7 +51,7 @@ class Constraint(abc.ABC):
 
 
 def margins_at(constraints: Sequence[Constraint], posture: Posture) -> Array:
-    """(C, N) margins of C constraints at N postures."""
+    """(C, N) margins of C constraints at N postures, as the search sees them."""
     margins = [constraint.at(posture)[0] for constraint in constraints]
     return np.array(margins).reshape(len(constraints), posture.count)
 

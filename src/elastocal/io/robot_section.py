@@ -113,6 +113,7 @@ def tool_of(name: str, entry: ToolFile) -> Tool:
         np.array(list(markers.values())) / 1e3,
         tuple(markers),
         np.array(entry.tcp_mm or load_point) / 1e3,
+        entry.radius_mm / 1e3,
     )
 
 

@@ -17,6 +17,7 @@ from elastocal.io.constraint_section import constraints_of, limits_of
 from elastocal.io.files import read_text
 from elastocal.io.instrument_section import instrument_of
 from elastocal.io.joint_values import configuration
+from elastocal.io.obstacle_section import clearances_of
 from elastocal.io.pace_section import pace_of
 from elastocal.io.plan_file import read_proposal
 from elastocal.io.robot_section import coupling_of, find_tool, known_pose_of, robot_of, tool_of
@@ -97,6 +98,11 @@ class _Reader:
         instrument = self._at(("instrument",), lambda: instrument_of(file.instrument))
         constraints = self._at(
             ("constraints",), lambda: constraints_of(file.constraints, experiments.tool)
+        )
+        folder = self.document.file.parent
+        constraints += self._at(
+            ("constraints",),
+            lambda: clearances_of(file.constraints, robot, experiments.tool, limits, folder),
         )
         pace = self._at((), lambda: pace_of(file.motion, file.campaign, robot, limits), ("motion",))
         study = self._at(

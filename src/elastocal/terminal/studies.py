@@ -55,6 +55,8 @@ def show_check(study: Study, found: Checkup) -> None:
         + (f", most are refused by: {escape(found.bottleneck)}" if found.bottleneck else "")
     )
     _show_known_poses(study, found)
+    for sentence in found.unwatched:
+        out.print(Text(f"Contact not watched, {sentence}."))
     for remark in found.remarks:
         out.print(Text(f"Note: {remark}.", style="yellow"))
     if found.problem is None:

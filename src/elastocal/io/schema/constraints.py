@@ -2,7 +2,18 @@
 
 from __future__ import annotations
 
-from elastocal.io.schema.values import Axis, Name, Number, Positive, Range, Section, Vector
+from typing import Literal
+
+from elastocal.io.schema.values import (
+    Axis,
+    Name,
+    NamePair,
+    Number,
+    Positive,
+    Range,
+    Section,
+    Vector,
+)
 
 
 class BoxFile(Section):
@@ -36,6 +47,37 @@ class TiltFile(Section):
     max_deg: Positive
 
 
+class CylinderFile(Section):
+    """A cylinder or capsule along its z axis; the length of a capsule is without its caps."""
+
+    radius: Positive
+    length: Positive
+
+
+class ObstacleFile(Section):
+    """Something that stands in the cell: one of five shapes, and where it is."""
+
+    name: Name
+    box_mm: Vector | None = None
+    cylinder_mm: CylinderFile | None = None
+    capsule_mm: CylinderFile | None = None
+    sphere_radius_mm: Positive | None = None
+    mesh: Name | None = None
+    mesh_unit: Literal["mm", "m", "inch"] | None = None
+    center_mm: Vector | None = None
+    rpy_deg: Vector | None = None
+
+
+class CollisionFile(Section):
+    """What counts as a collision."""
+
+    margin_mm: Number = 20.0
+    motion_margin_mm: Number | None = None
+    self: bool = True
+    ignore: list[NamePair] | None = None
+    link_radius_mm: Positive | dict[Name, Positive] | None = None
+
+
 class ConstraintsFile(Section):
     """Where the robot may go."""
 
@@ -46,3 +88,5 @@ class ConstraintsFile(Section):
     workspace: WorkspaceFile | None = None
     elevation: ElevationFile | None = None
     tilt: TiltFile | None = None
+    obstacles: list[ObstacleFile] | None = None
+    collision: CollisionFile | None = None

@@ -65,6 +65,7 @@ class ToolFile(Section):
     tcp_mm: Vector | None = None
     load_point_mm: Vector | None = None
     markers_mm: dict[Name, Vector] | None = None
+    radius_mm: Positive = 30.0
 
 
 class SpringFile(Section):

@@ -12,8 +12,11 @@ from elastocal.errors import StudyError
 from elastocal.io.schema.campaign import CampaignFile, MotionFile
 from elastocal.io.schema.constraints import (
     BoxFile,
+    CollisionFile,
     ConstraintsFile,
+    CylinderFile,
     ElevationFile,
+    ObstacleFile,
     TiltFile,
     WorkspaceFile,
 )
@@ -165,6 +168,10 @@ _MODELS: dict[str, type[Section]] = {
     "workspace": WorkspaceFile,
     "elevation": ElevationFile,
     "tilt": TiltFile,
+    "obstacles": ObstacleFile,
+    "cylinder_mm": CylinderFile,
+    "capsule_mm": CylinderFile,
+    "collision": CollisionFile,
     "prior": PriorFile,
     "controller": ControllerFile,
     "check_poses": CheckPoseFile,

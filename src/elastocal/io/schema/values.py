@@ -53,6 +53,12 @@ def _numbers(count: int, what: str) -> BeforeValidator:
     return BeforeValidator(check)
 
 
+def _pair(value: Any) -> list[str]:
+    if not isinstance(value, list) or len(value) != 2:
+        raise ValueError(f"expected two names [A, B], found {value!r}")
+    return [_text(entry) for entry in value]
+
+
 def _text(value: Any) -> str:
     if isinstance(value, bool) or not isinstance(value, (str, int)):
         raise ValueError(f"expected a name, found {value!r}")
@@ -65,6 +71,7 @@ Count = Annotated[int, BeforeValidator(_count)]
 Vector = Annotated[list[float], _numbers(3, "three numbers [x, y, z]")]
 Range = Annotated[list[float], _numbers(2, "two numbers [lower, upper]")]
 Name = Annotated[str, BeforeValidator(_text)]
+NamePair = Annotated[list[str], BeforeValidator(_pair)]
 Axis = Literal["x", "y", "z"] | Vector
 
 

@@ -1,0 +1,104 @@
+"""What collision costs: the same study planned with and without it, in one run.
+
+    python benchmarks/collision.py [--rounds 3]
+
+Three cells around the KR 270: capsules along its chain among boxes, which have closed forms; the
+same with a cylinder and a mesh, which go to coal; and a robot whose links are meshes. Processor
+time, so that other work on the machine matters less.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from elastocal.cell import CollisionRules, clearances
+from elastocal.io.study_file import read_study
+from elastocal.planning import plan
+from elastocal.robot import Robot, transform
+from elastocal.shapes import Shape
+from elastocal.study import Study
+
+ROOT = Path(__file__).parents[1]
+
+
+def boxes() -> list[Shape]:
+    """A table and a wall."""
+    return [
+        Shape("box", np.array([1.2, 1.6, 0.7]), transform(None, (1.7, 0.0, 0.35)), 0, "table"),
+        Shape("box", np.array([5.0, 0.1, 3.0]), transform(None, (0.0, 1.5, 1.5)), 0, "wall"),
+    ]
+
+
+def round_things(folder: Path) -> list[Shape]:
+    """A post, and a tank as a mesh of 642 corners."""
+    import trimesh
+
+    trimesh.creation.icosphere(3, 600.0).export(folder / "tank.stl")
+    post = Shape("cylinder", np.array([0.2, 3.0]), transform(None, (-1.4, 0.6, 1.5)), 0, "post")
+    tank = transform(None, (1.2, -1.8, 0.9))
+    return [post, Shape("mesh", np.full(3, 1e-3), tank, 0, "tank", folder / "tank.stl")]
+
+
+def with_meshes(robot: Robot, folder: Path) -> Robot:
+    """The robot with a mesh of some 200 corners around every link of its chain."""
+    import trimesh
+
+    shapes = []
+    for body in (1, 2, 4):
+        end = np.array(robot.links[body][:3, 3])
+        length = float(np.linalg.norm(end))
+        mesh = trimesh.creation.capsule(height=length, radius=0.16, count=[16, 16])
+        mesh.apply_transform(trimesh.geometry.align_vectors([0, 0, 1], end / length))
+        mesh.export(folder / f"link{body}.stl")
+        shapes.append(
+            Shape("mesh", np.ones(3), np.eye(4), body, f"link {body}", folder / f"link{body}.stl")
+        )
+    return replace(robot, collisions=tuple(shapes))
+
+
+def with_cell(study: Study, robot: Robot, obstacles: Sequence[Shape]) -> Study:
+    """The study with clearances."""
+    tool = study.experiments.tool
+    found = clearances(robot, tool, study.limits, obstacles, CollisionRules())
+    return replace(study, constraints=(*study.constraints, *found))
+
+
+def seconds(study: Study, rounds: int) -> tuple[float, float]:
+    """Median processor time to plan [s], and ρ0 [m] of the last plan."""
+    times = []
+    for seed in range(rounds):
+        start = time.process_time()
+        made = plan(study, seed=seed)
+        times.append(time.process_time() - start)
+    return float(np.median(times)), made.assessment.rho0
+
+
+def main() -> None:
+    """Print one line for every cell."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--rounds", type=int, default=3)
+    rounds = parser.parse_args().rounds
+    study = read_study(ROOT / "examples" / "kr270" / "study.yaml")
+    base, rho0 = seconds(study, rounds)
+    print(f"{'without':34} {base:6.2f} s          ρ0 {1e6 * rho0:.3f} µm")
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for what, robot, obstacles in (
+            ("capsules, itself only", study.robot, []),
+            ("capsules, table, wall", study.robot, boxes()),
+            ("... and post and tank (coal)", study.robot, [*boxes(), *round_things(folder)]),
+            ("links as meshes, table, wall", with_meshes(study.robot, folder), boxes()),
+        ):
+            found, rho0 = seconds(with_cell(study, robot, obstacles), rounds)
+            print(f"{what:34} {found:6.2f} s  {found / base:5.2f}×  ρ0 {1e6 * rho0:.3f} µm")
+
+
+if __name__ == "__main__":
+    main()

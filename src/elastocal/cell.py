@@ -1,0 +1,106 @@
+"""The cell around a robot: what must not touch what, as constraints.
+
+In: robot, tool, joint limits, obstacles, rules. Out: one `Clearance` for every obstacle, and one
+for the robot itself. Each knows which pairs it does not watch, and why.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from elastocal.arrays import Array
+from elastocal.collision.chain import robot_solids, tool_solids, wrist_radius
+from elastocal.collision.coal_distance import coal
+from elastocal.collision.contacts import obstacle_pairs, self_pairs
+from elastocal.collision.solid import Solid, solids_of
+from elastocal.constraints import Clearance
+from elastocal.errors import InputError
+from elastocal.robot import Robot, Tool
+from elastocal.shapes import Shape
+
+ITSELF = "itself"
+"""What the robot is called as an obstacle to its own motion."""
+
+_GAP = 0.01  # room [m] between the margin around the wrist and the beginning of the tool
+
+
+@dataclass(frozen=True)
+class CollisionRules:
+    """What counts as a collision.
+
+    Attributes:
+        margin: Distance to keep at the poses of a plan [m].
+        motion_margin: Distance to keep while moving between them [m]; None for half of `margin`.
+        itself: Whether the robot must not touch itself.
+        ignore: Pairs of names that may touch: joints, links, "base", "tool", obstacles.
+        link_radius: Radius of the capsules of a robot without shapes [m]: of all, or by joint.
+    """
+
+    margin: float = 0.02
+    motion_margin: float | None = None
+    itself: bool = True
+    ignore: tuple[tuple[str, str], ...] = ()
+    link_radius: float | Mapping[str, float] | None = None
+
+
+def clearances(
+    robot: Robot, tool: Tool, limits: Array, obstacles: Sequence[Shape], rules: CollisionRules
+) -> tuple[Clearance, ...]:
+    """Constraints that keep a robot with its tool clear of obstacles and of itself.
+
+    Args:
+        robot: The robot; without collision shapes it gets capsules along its chain.
+        tool: What it carries.
+        limits: (2, n) joint limits [rad or m]; pairs that touch everywhere in them are left out.
+        obstacles: Shapes on body 0, in the base frame, each with a name of its own.
+        rules: What counts as a collision.
+
+    Raises:
+        InputError: a mesh cannot be used, a name is not known, or a package is missing.
+    """
+    links = robot_solids(robot, rules.link_radius)
+    # The tool begins where it can be clear of the forearm; what is nearer is inside the wrist.
+    wrist = wrist_radius(links, robot)
+    outside = wrist + rules.margin + _GAP if wrist else 0.0
+    solids = [*links, *tool_solids(robot, tool, tool.radius, outside)]
+    things = [solids_of(shape, shape.name) for shape in obstacles]
+    _check_names(robot, rules, solids, [shape.name for shape in obstacles])
+    if not all(solid.exact for solid in [*solids, *(s for part in things for s in part)]):
+        coal()  # say now that it is missing, not in the midst of planning
+    found = []
+    for shape, parts in zip(obstacles, things, strict=True):
+        pairs, left = obstacle_pairs(robot, limits, solids, parts, rules.ignore)
+        found.append(
+            Clearance(
+                shape.name,
+                pairs,
+                rules.margin,
+                motion_margin=rules.motion_margin,
+                obstacle=shape,
+                left_out=left,
+            )
+        )
+    if rules.itself:
+        pairs, left = self_pairs(robot, limits, solids, rules.ignore)
+        found.append(
+            Clearance(ITSELF, pairs, rules.margin, motion_margin=rules.motion_margin, left_out=left)
+        )
+    return tuple(found)
+
+
+def _check_names(
+    robot: Robot, rules: CollisionRules, solids: list[Solid], obstacles: list[str]
+) -> None:
+    """Refuse names that mean nothing, and obstacles that share a name."""
+    own = list(dict.fromkeys([*robot.joint_names, "base", *(s.name for s in solids)]))
+    for i, name in enumerate(obstacles):
+        if name in obstacles[:i]:
+            raise InputError(f"two obstacles are called {name!r}")
+        if name in own:
+            raise InputError(f"obstacle {name!r} has the name of a part of the robot")
+    known = [*own, *obstacles]
+    for pair in rules.ignore:
+        for name in pair:
+            if name not in known:
+                raise InputError(f"nothing is called {name!r}; there are {', '.join(known)}")

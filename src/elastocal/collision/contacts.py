@@ -1,0 +1,118 @@
+"""Which pairs of solids are watched, and which are left out because they always touch.
+
+In: the solids of robot and tool, obstacles, names to leave out. Out: `Pairs` and sentences. As in
+an allowed collision matrix: neighbours are left out, and so are pairs that touch in every one of
+many random configurations. All that is left out is said.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from elastocal.arrays import Array
+from elastocal.collision.distance import Pairs, nearest
+from elastocal.collision.solid import Solid
+from elastocal.posture import Posture
+from elastocal.robot import Robot
+
+_SAMPLES = 1000  # random configurations
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """Two bodies or things whose contact is not watched.
+
+    Attributes:
+        first: Name of the one.
+        second: Name of the other.
+        why: In words.
+    """
+
+    first: str
+    second: str
+    why: str
+
+
+def self_pairs(
+    robot: Robot, limits: Array, solids: Sequence[Solid], ignore: Sequence[tuple[str, str]]
+) -> tuple[Pairs, tuple[LeftOut, ...]]:
+    """Pairs of solids of the robot itself, tool included, that are to be watched.
+
+    Args:
+        robot: The robot.
+        limits: (2, n) joint limits in which random configurations are drawn [rad or m].
+        solids: Solids of robot and tool.
+        ignore: Pairs of names that the user leaves out.
+    """
+    index: list[tuple[int, int]] = []
+    left: dict[tuple[str, str], str] = {}
+    for i, j in combinations(range(len(solids)), 2):
+        a, b = solids[i], solids[j]
+        if a.body == b.body:
+            continue
+        if ignored(a, b, ignore):
+            left[a.name, b.name] = "left out by the study"
+        elif abs(a.body - b.body) == 1:
+            left[a.name, b.name] = "neighbours"
+        else:
+            index.append((i, j) if a.body > b.body else (j, i))
+    posture = _random_posture(robot, limits)
+    kept = []
+    for i, j in index:
+        gap = nearest(Pairs((solids[i], solids[j]), ((0, 1),)), posture, 0.0).value
+        if (gap < 0.0).all():
+            left[solids[j].name, solids[i].name] = "always touch"
+        else:
+            kept.append((i, j))
+    # Of two bodies of several solids each, some pairs may be watched and some left out.
+    return Pairs(tuple(solids), tuple(kept)), tuple(LeftOut(*p, why) for p, why in left.items())
+
+
+def obstacle_pairs(
+    robot: Robot,
+    limits: Array,
+    solids: Sequence[Solid],
+    obstacle: Sequence[Solid],
+    ignore: Sequence[tuple[str, str]],
+) -> tuple[Pairs, tuple[LeftOut, ...]]:
+    """Pairs of a solid of the robot and one of an obstacle that are to be watched.
+
+    The first links, up to the first joint that turns, are left out if they touch at a depth that
+    never changes: they stand on the obstacle. All else is watched, even what touches always: a
+    wall may be in the way.
+    """
+    index, left = [], {}
+    everything = [*solids, *obstacle]
+    posture = _random_posture(robot, limits)
+    standing = 1 + int(np.argmin(np.append(robot.prismatic, False)))
+    for i, solid in enumerate(solids):
+        for j, thing in enumerate(obstacle, len(solids)):
+            if solid.body == 0:
+                continue
+            names = (solid.name, thing.name)
+            if ignored(solid, thing, ignore):
+                left[names] = "left out by the study"
+                continue
+            gap = nearest(Pairs((solid, thing), ((0, 1),)), posture, 0.0).value
+            if solid.body <= standing and (gap < 0.0).all() and np.ptp(gap) < 1e-6:
+                left[names] = "the link stands on it"
+            else:
+                index.append((i, j))
+    return Pairs(tuple(everything), tuple(index)), tuple(
+        LeftOut(*p, why) for p, why in left.items()
+    )
+
+
+def ignored(a: Solid, b: Solid, ignore: Sequence[tuple[str, str]]) -> bool:
+    """Whether the user leaves this pair out, by the names of solids or of joints."""
+    first, second = {a.name, a.joint}, {b.name, b.joint}
+    return any((x in first and y in second) or (x in second and y in first) for x, y in ignore)
+
+
+def _random_posture(robot: Robot, limits: Array) -> Posture:
+    rng = np.random.default_rng(0)
+    return Posture(robot, rng.uniform(limits[0], limits[1], (_SAMPLES, len(robot.joints))))

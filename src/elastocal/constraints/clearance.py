@@ -1,0 +1,97 @@
+"""Room between solids: of the robot from an obstacle, and between parts of the robot itself."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from elastocal.arrays import Array
+from elastocal.collision.contacts import LeftOut
+from elastocal.collision.distance import Nearest, Pairs, nearest
+from elastocal.constraints.base import Constraint, Pull
+from elastocal.posture import Posture, cross, dot
+from elastocal.shapes import Shape
+
+PLENTY = 0.1
+"""Margins above this [m] are not measured while planning: they are said to be this."""
+
+
+class Clearance(Constraint):
+    """Signed distance of the nearest of some pairs of solids, less a margin [m].
+
+    Negative where solids overlap: then the distance is minus the depth of penetration. Where two
+    pairs are equally near the margin has a kink, as has every distance where the nearest points
+    jump.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        pairs: Pairs,
+        margin: float,
+        *,
+        motion_margin: float | None = None,
+        obstacle: Shape | None = None,
+        left_out: tuple[LeftOut, ...] = (),
+    ) -> None:
+        """Watch some pairs of solids.
+
+        Args:
+            name: What is kept apart: "table", or "itself" for the robot.
+            pairs: The pairs.
+            margin: Distance to keep at the poses of a plan [m].
+            motion_margin: Distance to keep while moving between them [m]; half of `margin` if
+                not given, so that a pose at its margin can be left in any direction.
+            obstacle: The obstacle in the base frame; None for the robot itself.
+            left_out: What is not watched, and why.
+        """
+        self.what, self.unit = name, "m"
+        self.pairs, self.keep = pairs, margin
+        self.keep_moving = margin / 2.0 if motion_margin is None else motion_margin
+        self.obstacle, self.left_out = obstacle, left_out
+        self.name = f"clearance from {name} >= {1e3 * margin:g} mm"
+
+    def at(self, posture: Posture) -> tuple[Array, Pull]:
+        found = nearest(self.pairs, posture, self.keep + PLENTY)
+
+        def pull(weights: Array) -> Array:
+            return self._gradient(posture, found, weights)
+
+        return found.distance - self.keep, pull
+
+    def room(self, posture: Posture) -> Array:
+        return nearest(self.pairs, posture, np.inf).distance - self.keep
+
+    def names_at(self, posture: Posture) -> list[str]:
+        found = nearest(self.pairs, posture, np.inf)
+        keep = f"{1e3 * self.keep:g} mm"
+        return [f"clearance of {self.pair_name(pair)} >= {keep}" for pair in found.pair.tolist()]
+
+    def pair_name(self, pair: int) -> str:
+        """The two solids of a pair in words: "A4 from table"."""
+        if pair < 0:
+            return self.what
+        first, second = self.pairs.of(pair)
+        return f"{first.name} from {second.name}"
+
+    def _gradient(self, posture: Posture, found: Nearest, weights: Array) -> Array:
+        """(n, N) Σ over both bodies of normal · velocity of the nearest point, times weights.
+
+        The points are held fixed to their bodies: that they slide along the surfaces changes the
+        distance to second order only. Source: ours; the rule is an envelope theorem.
+        """
+        gradient = np.zeros_like(posture.q)
+        k = np.flatnonzero((weights != 0.0) & (found.pair >= 0))
+        if not len(k):
+            return gradient
+        axes, origins = posture.axes[:, :, k], posture.origins[:, :, k]
+        normal = found.normal[:, k] * weights[k]
+        bodies = np.array([[s.body for s in self.pairs.of(p)] for p in found.pair[k].tolist()]).T
+        slides = posture.robot.prismatic
+        joint = np.arange(len(posture.q))[:, None]
+        total = np.zeros((len(posture.q), len(k)))
+        for point, body, sign in ((found.first, bodies[0], 1.0), (found.second, bodies[1], -1.0)):
+            velocity = cross(axes, point[:, None, k] - origins)
+            velocity[:, slides] = axes[:, slides]
+            total += sign * np.where(joint < body, dot(velocity, normal[:, None]), 0.0)
+        gradient[:, k] = total
+        return gradient
