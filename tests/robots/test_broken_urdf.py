@@ -218,6 +218,8 @@ def test_shapes_of_every_kind_are_kept_and_unknown_ones_said() -> None:
     assert "line 5: <cone> of link 'lower' is left out: known are box" in robot.remarks[0]
     robot = read(edited(mesh, '<geometry><box size="1 0 1"/></geometry>'))
     assert "line 5: <box> of link 'lower' is left out: it has no size" in robot.remarks[0]
+    robot = read(edited(mesh, '<geometry><box size="80 120 9"/></geometry>'))
+    assert "line 5: <box> of link 'lower' measures 120 m; were millimetres" in robot.remarks[0]
 
 
 @pytest.mark.parametrize(

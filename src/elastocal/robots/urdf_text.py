@@ -19,6 +19,7 @@ from elastocal.shapes import DIMENSIONS
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 _NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?", re.ASCII)
 _LARGEST, _LONGEST = 1e30, 64
+_HUGE = 50.0  # size of a shape [m] that is probably millimetres
 
 
 @dataclass
@@ -150,6 +151,11 @@ def _shape(text: UrdfText, node: Node, link: ET.Element, name: str) -> None:
         if solid.tag != "mesh" and min(sizes) <= 0.0:
             text.remarks.append(_left_out(text, solid, name, "it has no size"))
             return
+        if solid.tag != "mesh" and max(sizes) > _HUGE:
+            text.remarks.append(
+                f"{text.where}, line {solid.line}: <{solid.tag}> of link {name!r} measures "
+                f"{max(sizes):g} m; were millimetres meant?"
+            )
         shape = ET.SubElement(link, node.tag, name=solid.tag)
         _origin(text, node, shape)
         geometry = ET.SubElement(shape, "geometry")
