@@ -27,7 +27,7 @@ from kr270 import MICRO, RESULTS, STUDY_FILE, machine, one_thread, study, target
 import elastocal.design.exact as exact
 import elastocal.planning as planning
 from elastocal.assessment import assess
-from elastocal.io.plan_file import read_proposal
+from elastocal.io.proposal_file import read_proposal
 from elastocal.study import Study
 
 TOLERANCES = (1e-2, 1e-3, 1e-4)

@@ -97,6 +97,25 @@ class Experiments:
 
 
 @dataclass(frozen=True)
+class Done:
+    """What was measured before this plan.
+
+    Attributes:
+        source: File of the measurements.
+        sha256: Its hash.
+        experiments: How many experiments it has.
+        cases: Their distinct configurations, each with a wrench.
+        information: (p, p) information of their readings [(N·m/rad)²].
+    """
+
+    source: str
+    sha256: str
+    experiments: int
+    cases: LoadCases
+    information: Array
+
+
+@dataclass(frozen=True)
 class Study:
     """A calibration campaign to be planned.
 
@@ -116,6 +135,7 @@ class Study:
         known_poses: Poses read off at the robot, to check the model with.
         name: What the user calls it.
         text: The study file as written, empty if there is none.
+        done: What was measured before, if the plan is for the rest; `prior` counts it already.
     """
 
     robot: Robot
@@ -133,6 +153,7 @@ class Study:
     known_poses: tuple[KnownPose, ...] = ()
     name: str = "study"
     text: str = ""
+    done: Done | None = None
 
     def __post_init__(self) -> None:
         limits = self.limits if self.limits.size else [self.robot.lower, self.robot.upper]

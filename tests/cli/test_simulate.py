@@ -11,7 +11,7 @@ import pytest
 from elastocal.identification import identify
 from elastocal.io.campaign_file import QUANTILES
 from elastocal.io.measurement_file import read_measurements
-from elastocal.io.plan_file import read_proposal
+from elastocal.io.proposal_file import read_proposal
 from elastocal.simulation import simulate
 from tests.cli.test_commands import run
 from tests.kr270 import FOLDER, kr270_study, kr270_truth

@@ -12,6 +12,7 @@ from elastocal.cell import CollisionRules, clearances
 from elastocal.constraints import (
     Clearance,
     Constraint,
+    Distinct,
     Elevation,
     HalfSpace,
     JointLimit,
@@ -35,6 +36,7 @@ CONSTRAINTS: dict[str, Constraint] = {
     "elevation of an oblique axis": Elevation("elevation", [1.0, 2.0, -0.5], 0.7),
     "tilt": Tilt("tilt", [0, 0, 1], [0, 0, -1], np.radians(40.0)),
     "tilt of an oblique axis": Tilt("tilt", [0.3, 1.0, 0.2], [1.0, 1.0, 0.0], 1.0),
+    "measured before": Distinct("apart", np.full(6, 0.3), [0, 1, 1, 1, 1, 1], 0.02),
 }
 GRADIENT = 1e-8
 

@@ -52,7 +52,7 @@ def export(
 
     from elastocal.campaign import campaign_program
     from elastocal.io.exports import Settings
-    from elastocal.io.plan_file import read_proposal
+    from elastocal.io.proposal_file import read_proposal
 
     what = study_of_plan(plan_file, study)
     proposal = read_proposal(plan_file, what)

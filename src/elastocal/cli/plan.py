@@ -43,13 +43,20 @@ def plan(
     criterion: Annotated[
         str | None, typer.Option(help="Criterion, instead of the study's.")
     ] = None,
+    after: Annotated[
+        list[Path] | None,
+        typer.Option(help="What was measured already (CSV): plan the rest of the campaign."),
+    ] = None,
     seed: Seed = 0,
     as_json: Json = False,
 ) -> None:
     """Plan the experiments; write plan.json and the run sheet plan.csv."""
     writable(out, study, suffix=".json")
     writable(out.with_suffix(".csv"), study)
-    what = overridden(study_at(study), count, max_configurations, criterion)
+    what = study_at(study)
+    if after:
+        what = _rest(what, after)
+    what = overridden(what, count, max_configurations, criterion)
     made = planned(what, out, seed)
     if as_json:
         from elastocal.io.plan_file import plan_document
@@ -60,6 +67,16 @@ def plan(
 
     show_plan(made)
     print(f"wrote {out} and {out.with_suffix('.csv')}")
+
+
+def _rest(study: Study, measured: list[Path]) -> Study:
+    """The study of what is left after the experiments in `measured`."""
+    from elastocal.cli.identify import readings, show_remarks
+    from elastocal.replanning import done, remaining
+
+    data = readings(study, measured)
+    show_remarks(data)
+    return remaining(study, done(study, data))
 
 
 def planned(study: Study, out: Path, seed: int) -> Plan:
@@ -90,12 +107,15 @@ def evaluate(
     """Judge plans from the study alone; refuse what breaks a constraint or claims too much."""
     from elastocal.comparison import random_plans
     from elastocal.evaluation import evaluate as judge
-    from elastocal.io.plan_file import read_proposal, study_hash
+    from elastocal.io.plan_file import study_hash
+    from elastocal.io.proposal_file import read_proposal
+    from elastocal.replanning import knowing
     from elastocal.study import with_count
 
     what = study_at(study)
     results = {}
-    bounds: dict[tuple[str, int], Bound] = {}
+    bounds: dict[tuple[str, str, int], Bound] = {}
+    studies: dict[int, Study] = {}
     for path in plans:
         proposal = read_proposal(path, what)
         name = path.name if path.name not in results else str(path)
@@ -104,16 +124,26 @@ def evaluate(
         if proposal.robot_hash and proposal.robot_hash != what.robot.sha256:
             print(f"note: {name} was made with another robot file", file=sys.stderr)
         m = int(proposal.repeats.sum())
+        if proposal.done is not None:
+            print(
+                f"note: {name} counts the information of {proposal.done.experiments} experiments "
+                f"measured before it ({proposal.done.source})",
+                file=sys.stderr,
+            )
         # A plan is judged by the criterion it was made for.
         wanted = replace(what, criterion=proposal.criterion or what.criterion)
-        key = (wanted.criterion, m if what.prior.any() else 0)
+        if proposal.done is not None:
+            wanted = knowing(wanted, proposal.done)
+        before = "" if proposal.done is None else proposal.done.sha256
+        key = (wanted.criterion, before, m if wanted.prior.any() else 0)
+        studies[m] = wanted
         if key not in bounds:
             bounds[key] = bound(wanted, m, seed)
         result = judge(wanted, proposal.load_cases, proposal.repeats, proposal.claims, bounds[key])
         results[name] = (m, len(proposal.repeats), result)
     rho0 = {}
-    for m in {count for count, _, _ in results.values()} if random else ():
-        rho0[m] = random_plans(with_count(what, m), random, seed=seed)
+    for m, wanted in studies.items() if random else ():
+        rho0[m] = random_plans(with_count(wanted, m), random, seed=seed)
     if as_json:
         print_json({name: _evaluation(*entry) for name, entry in results.items()})
     else:

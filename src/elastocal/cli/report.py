@@ -42,14 +42,17 @@ def report(
     """Show a plan as a page that works offline."""
     from elastocal.assessment import assess
     from elastocal.evaluation import evaluate as judge
-    from elastocal.io.plan_file import read_proposal
+    from elastocal.io.proposal_file import read_proposal
     from elastocal.planning import Plan
+    from elastocal.replanning import knowing
     from elastocal.study import with_count
 
     writable(out, plan_file, *(vs or []))
     what = study_of_plan(plan_file, study)
     proposal = read_proposal(plan_file, what)
     m = int(proposal.repeats.sum())
+    if proposal.done is not None:
+        what = knowing(what, proposal.done)
     if proposal.criterion:
         what = replace(what, criterion=proposal.criterion)
     what = with_count(what, m, what.experiments.max_configurations)

@@ -105,7 +105,7 @@ def _one(
     import numpy as np
 
     from elastocal.io.measurement_file import write_measurements
-    from elastocal.io.plan_file import read_proposal
+    from elastocal.io.proposal_file import read_proposal
     from elastocal.simulation import simulate as run
 
     if len(plans) != 1:
@@ -143,7 +143,7 @@ def _many(
 ) -> None:
     """Compare plans by many virtual campaigns."""
     from elastocal.io.campaign_file import campaigns_document, write_campaigns
-    from elastocal.io.plan_file import read_proposal
+    from elastocal.io.proposal_file import read_proposal
     from elastocal.monte_carlo import campaigns
     from elastocal.uncertainty import Fit
 

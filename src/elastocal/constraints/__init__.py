@@ -2,6 +2,7 @@
 
 from elastocal.constraints.base import Constraint, describe, margins_at
 from elastocal.constraints.clearance import Clearance
+from elastocal.constraints.distinct import Distinct
 from elastocal.constraints.joint_limit import JointLimit
 from elastocal.constraints.orientation import Elevation, Tilt
 from elastocal.constraints.workspace import HalfSpace, MinRadius
@@ -9,6 +10,7 @@ from elastocal.constraints.workspace import HalfSpace, MinRadius
 __all__ = [
     "Clearance",
     "Constraint",
+    "Distinct",
     "Elevation",
     "HalfSpace",
     "JointLimit",

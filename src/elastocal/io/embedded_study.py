@@ -6,7 +6,7 @@ from pathlib import Path
 
 from elastocal.errors import PlanFileError
 from elastocal.io.files import read_text
-from elastocal.io.plan_file import document_of
+from elastocal.io.proposal_file import document_of
 from elastocal.io.study_file import parse_study
 from elastocal.study import Study
 

@@ -19,7 +19,7 @@ from elastocal.io.instrument_section import instrument_of
 from elastocal.io.joint_values import configuration
 from elastocal.io.obstacle_section import clearances_of
 from elastocal.io.pace_section import pace_of
-from elastocal.io.plan_file import read_proposal
+from elastocal.io.proposal_file import read_proposal
 from elastocal.io.robot_section import coupling_of, find_tool, known_pose_of, robot_of, tool_of
 from elastocal.io.schema import (
     ConeFile,

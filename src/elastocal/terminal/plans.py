@@ -25,6 +25,14 @@ def show_plan(plan: Plan) -> None:
     worth = plan.assessment
     whole(_run_sheet(plan.study.robot, plan))
     out.print(Text(f"Nearest constraint of {_nearest(plan)}"))
+    if plan.study.done is not None:
+        done = plan.study.done
+        out.print(
+            Text(
+                f"The rest of a campaign: {done.experiments} experiments of {done.source} count "
+                "in every number, and their configurations are not asked for again."
+            )
+        )
     if plan.free_joints:
         out.print(Text(f"{', '.join(plan.free_joints)}: free, set as the cell requires."))
     out.print(_errors(plan.study, {"standard error": worth.standard_error}))
