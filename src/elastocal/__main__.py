@@ -1,5 +1,20 @@
-"""`python -m elastocal`."""
+"""The program `elastocal`, also as `python -m elastocal`."""
 
-from elastocal.cli import app
+from __future__ import annotations
 
-app(prog_name="elastocal")
+import sys
+
+
+def main() -> None:
+    """Run the command line; stopped while it is still loading, it ends as quietly as later."""
+    try:
+        from elastocal.cli import app
+
+        app(prog_name="elastocal")
+    except KeyboardInterrupt:
+        sys.stderr.write("stopped; no file was changed\n")
+        sys.exit(130)
+
+
+if __name__ == "__main__":
+    main()
