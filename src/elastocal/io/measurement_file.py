@@ -6,9 +6,7 @@ in the base frame, SI units, each with its covariance.
 
 from __future__ import annotations
 
-import csv
 import hashlib
-import io
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -17,11 +15,9 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.errors import MeasurementFileError
-from elastocal.io.files import write_text
 from elastocal.io.measurements.cells import read_cells
 from elastocal.io.measurements.columns import (
     AXES,
-    COVARIANCES,
     DEFLECTIONS,
     FORCES,
     MASS,
@@ -33,21 +29,28 @@ from elastocal.io.measurements.columns import (
 from elastocal.io.measurements.decoding import decoded
 from elastocal.io.measurements.experiments import grouped
 from elastocal.io.measurements.layout import Layout, Style, layout
+from elastocal.io.measurements.mapped import completed, mapped_columns
+from elastocal.io.measurements.mapping import FieldMapping, read_mapping
 from elastocal.io.measurements.readings import Readings, deflections, differences, markers
 from elastocal.io.measurements.selection import chosen_word, usable
 from elastocal.io.measurements.suspicious import remarks
 from elastocal.io.measurements.table import Table, combined, kept
-from elastocal.io.measurements.uncertainty import kind_of_uncertainty, matrices, six_of
+from elastocal.io.measurements.uncertainty import kind_of_uncertainty, matrices
+from elastocal.io.measurements.writing import write_measurements
 from elastocal.load_case import LoadCases
 from elastocal.measurement import Measurements
 from elastocal.posture import Posture
 from elastocal.robot import Robot, Tool
 from elastocal.study import Study
 
+__all__ = ["read_measurements", "write_measurements"]
+
 _CHUNK = 50_000  # experiments; bounds the memory for body frames
 
 
-def read_measurements(path: str | Path | Sequence[str | Path], study: Study) -> Measurements:
+def read_measurements(
+    path: str | Path | Sequence[str | Path], study: Study, mapping: str | Path | None = None
+) -> Measurements:
     """The measurements in a file, or in several.
 
     Files with the same columns are read one below the other; files with different columns, such
@@ -56,6 +59,7 @@ def read_measurements(path: str | Path | Sequence[str | Path], study: Study) -> 
     Args:
         path: File or files.
         study: The campaign: robot, calibration tool, instrument.
+        mapping: Mapping file that says what foreign columns mean.
 
     Raises:
         MeasurementFileError: a file is wrong; the message names file, line and column.
@@ -63,21 +67,37 @@ def read_measurements(path: str | Path | Sequence[str | Path], study: Study) -> 
     paths = [Path(path)] if isinstance(path, (str, Path)) else [Path(p) for p in path]
     if not paths:
         raise MeasurementFileError("no measurement file is named")
-    files = [decoded(p) for p in paths]
-    tables = [layout(file, Style()) for file in files]
-    columns = [columns_by_name(t.header, study.robot, _header_of(t)) for t in tables]
-    _check_columns(tables, columns, study)
-    table = combined([read_cells(t, c) for t, c in zip(tables, columns, strict=True)])
-    units = {key: c.unit for some in columns for key, c in some.items()}
-    digests = [file.sha256 for file in files]
-    whole = "".join(digests).encode()
-    found = replace(
-        _measurements(table, study),
-        source=", ".join(map(str, paths)),
-        sha256=digests[0] if len(digests) == 1 else hashlib.sha256(whole).hexdigest(),
+    foreign = read_mapping(mapping, study.robot) if mapping is not None else None
+    style = foreign.style if foreign else Style()
+    files = [decoded(p, style.encoding) for p in paths]
+    tables = [layout(file, style) for file in files]
+    if foreign:
+        columns = mapped_columns(tables, foreign)
+    else:
+        columns = [columns_by_name(t.header, study.robot, _header_of(t)) for t in tables]
+    _check_columns(tables, columns, study, foreign)
+    table = combined(
+        [read_cells(t, c, style.decimal) for t, c in zip(tables, columns, strict=True)]
     )
+    units = {key: c.unit for some in columns for key, c in some.items()}
+    if foreign:
+        table = completed(table, foreign)
+    found = _measurements(table, study, foreign)
     odd = [file.remark for file in files if file.remark]
-    return replace(found, remarks=(*odd, *found.remarks, *remarks(found, study, units)))
+    odd += [t.remark for t in tables if t.remark]
+    return replace(
+        found,
+        source=", ".join(map(str, paths)),
+        sha256=_digest([file.sha256 for file in files]),
+        remarks=(*odd, *found.remarks, *remarks(found, study, units)),
+    )
+
+
+def _digest(digests: Sequence[str]) -> str:
+    """The hash of one file; of several, the hash of their hashes."""
+    return (
+        digests[0] if len(digests) == 1 else hashlib.sha256("".join(digests).encode()).hexdigest()
+    )
 
 
 def _header_of(table: Layout) -> str:
@@ -85,10 +105,16 @@ def _header_of(table: Layout) -> str:
 
 
 def _check_columns(
-    tables: Sequence[Layout], columns: Sequence[dict[str, Column]], study: Study
+    tables: Sequence[Layout],
+    columns: Sequence[dict[str, Column]],
+    study: Study,
+    mapping: FieldMapping | None,
 ) -> None:
     """Refuse what lacks a column, before any row is read."""
-    found = {key for some in columns for key in some}
+    found = {key.split("@")[0] for some in columns for key in some}
+    if mapping:
+        found |= {constant.meaning.key for constant in mapping.constants}
+        found |= {"marker"} if mapping.markers else set()
     several = len(tables) > 1 and not all(set(c) == set(columns[0]) for c in columns)
     where = ", ".join(str(t.file.path) for t in tables) if several else _header_of(tables[0])
     free = [
@@ -121,7 +147,7 @@ def _check_columns(
     kind_of_uncertainty(found, where)
 
 
-def _measurements(table: Table, study: Study) -> Measurements:
+def _measurements(table: Table, study: Study, mapping: FieldMapping | None) -> Measurements:
     """Measurements without their source."""
     tool = study.experiments.tool
     keep = usable(table)
@@ -131,6 +157,8 @@ def _measurements(table: Table, study: Study) -> Measurements:
     marker = markers(table, tool)
     own = kind_of_uncertainty(table.numbers, "")
     grouping = grouped(table, study.robot, loaded, study.gravity)
+    if mapping and mapping.controller:
+        grouping = replace(grouping, cases=_from_controller(grouping.cases, study))
     if loaded is None:
         readings = deflections(table, grouping, marker, own, tool)
     else:
@@ -143,8 +171,9 @@ def _measurements(table: Table, study: Study) -> Measurements:
             f"{left_out.rows} row{'s' if left_out.rows > 1 else ''} marked as invalid or deleted "
             "left out"
         )
+    turn = mapping.rotation if mapping and mapping.rotation is not None else np.eye(3)
     if readings.six is not None:
-        covariance = matrices(readings.six)
+        covariance = turn @ matrices(readings.six) @ turn.T
     else:
         points = _points(study.robot, tool, grouping.cases, readings)
         covariance = study.instrument.covariance(points) * readings.weight[:, None, None]
@@ -154,11 +183,16 @@ def _measurements(table: Table, study: Study) -> Measurements:
         grouping.names,
         readings.case,
         readings.marker,
-        readings.deflection,
+        readings.deflection @ turn.T,
         covariance,
         own_uncertainty=readings.six is not None,
         remarks=(*said, *readings.remarks),
     )
+
+
+def _from_controller(cases: LoadCases, study: Study) -> LoadCases:
+    """Load cases with the joint values of the model for those that the controller shows."""
+    return LoadCases(study.coupling.to_model(cases.q), cases.wrench)
 
 
 _STATES = {"loaded": True, "unloaded": False}
@@ -184,58 +218,3 @@ def _points(robot: Robot, tool: Tool, cases: LoadCases, readings: Readings) -> A
             mine = rows[readings.marker[rows] == k]
             points[mine] = posture.point(tool.markers[k])[:, readings.case[mine] - start].T
     return points
-
-
-def write_measurements(measurements: Measurements, robot: Robot, path: str | Path) -> None:
-    """Write the canonical file: one row for each reading, deflections, degrees and millimetres.
-
-    Uncertainties are written if the readings have their own; otherwise those of the instrument
-    hold, which the study knows.
-
-    Args:
-        measurements: What to write.
-        robot: Whose joints they are.
-        path: Name of the file.
-    """
-    m = measurements
-    units = ["mm" if joint.prismatic else "deg" for joint in robot.joints]
-    header = ["experiment", "marker"]
-    header += [f"{j.name} [{unit}]" for j, unit in zip(robot.joints, units, strict=True)]
-    header += [f"{name} [N]" for name in FORCES]
-    columns = [robot.shown_scale * m.cases.q, m.cases.wrench[:, :3]]
-    if m.cases.wrench[:, 3:].any():
-        header += [f"{name} [N.m]" for name in TORQUES]
-        columns.append(m.cases.wrench[:, 3:])
-    names, noise = _noise_columns(m)
-    header += [f"{name} [mm]" for name in DEFLECTIONS] + names
-    cases = [",".join(f"{v + 0.0:.12g}" for v in row) for row in np.hstack(columns).tolist()]
-    values = np.hstack([1e3 * m.deflection, noise]).tolist()
-    out = io.StringIO()
-    out.write("# elastocal measurements, version 1\n")
-    csv.writer(out, lineterminator="\n").writerow(header)
-    experiment = [_quoted(name) for name in m.names]
-    marker = [_quoted(name) for name in m.tool.marker_names]
-    for i, k, row in zip(m.case.tolist(), m.marker.tolist(), values, strict=True):
-        numbers = ",".join(f"{v + 0.0:.10g}" for v in row)
-        out.write(f"{experiment[i]},{marker[k]},{cases[i]},{numbers}\n")
-    write_text(Path(path), out.getvalue())
-
-
-def _noise_columns(m: Measurements) -> tuple[list[str], Array]:
-    """Headers and (R, k) values of the uncertainties: one per reading, three, or all six."""
-    if not (m.own_uncertainty and len(m)):
-        return [], np.zeros((len(m), 0))
-    six = six_of(m.covariance)
-    u = 1e3 * np.sqrt(six[:, :3])
-    if six[:, 3:].any():
-        header = ["ux [mm]", "uy [mm]", "uz [mm]", *(f"{name} [mm2]" for name in COVARIANCES)]
-        return header, np.hstack([u, 1e6 * six[:, 3:]])
-    if np.ptp(u, axis=1).any():
-        return ["ux [mm]", "uy [mm]", "uz [mm]"], u
-    return ["u [mm]"], u[:, :1]
-
-
-def _quoted(name: str) -> str:
-    out = io.StringIO()
-    csv.writer(out, lineterminator="").writerow([name])
-    return out.getvalue()

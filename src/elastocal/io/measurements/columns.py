@@ -84,6 +84,12 @@ def meanings(robot: Robot) -> dict[str, Meaning]:
     return found | {name: Meaning(name, name, kind) for name, kind in _KINDS.items()}
 
 
+def meaning_named(name: str, robot: Robot) -> Meaning | None:
+    """The quantity with this name, in any case if that is unambiguous; None if there is none."""
+    known = meanings(robot)
+    return next((m for m in known.values() if _places(m, [name], known)), None)
+
+
 def columns_by_name(header: Sequence[str], robot: Robot, where: str) -> dict[str, Column]:
     """The columns of a canonical file, by key; columns that mean nothing here are left out.
 

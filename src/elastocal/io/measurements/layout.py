@@ -50,6 +50,7 @@ class Layout:
         delimiter: Between cells.
         header: Names of the columns, as written, single spaces; numbers if there is no header.
         first: Index of the first line of data in `lines`.
+        remark: What is odd about its end, empty if nothing is.
     """
 
     file: FileText
@@ -57,6 +58,7 @@ class Layout:
     delimiter: str
     header: tuple[str, ...]
     first: int
+    remark: str = ""
 
     def rows(self) -> Iterator[tuple[int, list[str]]]:
         """(line, cells) of every row of data that is not blank.
@@ -144,7 +146,13 @@ def layout(file: FileText, style: Style) -> Layout:
         )
     if not any(line.strip(" \t,;|\"'") for line in lines[first + 1 :]):
         raise MeasurementFileError(f"{file.path}: there is a header, but no row of data below it")
-    return Layout(file, lines, delimiter, tuple(cells), first + 1)
+    remark = ""
+    if lines[-1] != "" and len(lines) > first + 2:
+        remark = (
+            f"{file.path.name}, line {len(lines)}: the last line has no line end: is its last "
+            "number complete?"
+        )
+    return Layout(file, lines, delimiter, tuple(cells), first + 1, remark)
 
 
 def _check_version(file: FileText, lines: list[str]) -> None:

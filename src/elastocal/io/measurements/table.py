@@ -76,30 +76,48 @@ def combined(files: Sequence[Cells]) -> Table:
     """One table: files with the same columns one below the other, others row by row.
 
     Raises:
-        MeasurementFileError: some columns are in two files and some are not; row counts differ.
+        MeasurementFileError: files side by side with different numbers of rows, with a
+            column of numbers in two of them, or with different names in a row.
     """
     keys = [set(file.headers) for file in files]
     if all(some == keys[0] for some in keys):
         return _stacked(files)
     for i, file in enumerate(files):
         for other, theirs in zip(files[:i], keys[:i], strict=True):
-            shared = sorted(theirs & keys[i])
-            if shared:
-                raise MeasurementFileError(
-                    f"{file.path}: column {file.headers[shared[0]]!r} is in {other.path} too; "
-                    "expected files with the same columns, or each with columns of its own"
-                )
             if len(file.lines) != len(other.lines):
                 raise MeasurementFileError(
                     f"{file.path}: {len(file.lines)} rows, but {len(other.lines)} in "
                     f"{other.path}; files matched row by row need the same number"
                 )
+            for key in sorted(theirs & keys[i]):
+                _check_same(file, other, key)
     return Table(
         {key: values for file in files for key, values in file.numbers.items()},
         {key: words for file in files for key, words in file.words.items()},
         tuple(_source([file]) for file in files),
         len(files[0].lines),
     )
+
+
+def _check_same(file: Cells, other: Cells, key: str) -> None:
+    """Refuse files side by side that share a column, unless it names the same in every row."""
+    if key not in file.words or key not in other.words:
+        raise MeasurementFileError(
+            f"{file.path}: column {file.headers[key]!r} is in {other.path} too; expected files "
+            "with the same columns, or each with columns of its own"
+        )
+    mine, theirs = file.words[key], other.words[key]
+    known = {name: i for i, name in enumerate(mine.names)}
+    place = np.array([known.get(name, -1) for name in theirs.names], dtype=np.int64)
+    apart = np.flatnonzero(mine.codes != place[theirs.codes])
+    if len(apart):
+        row = int(apart[0])
+        raise MeasurementFileError(
+            f"{file.path}, line {file.lines[row]}, column {file.headers[key]!r}: "
+            f"{mine.names[mine.codes[row]]!r} is matched with "
+            f"{theirs.names[theirs.codes[row]]!r} in {other.path}, line {other.lines[row]}; "
+            "expected the same rows in the same order"
+        )
 
 
 def _stacked(files: Sequence[Cells]) -> Table:

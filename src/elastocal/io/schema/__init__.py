@@ -23,6 +23,7 @@ from elastocal.io.schema.experiments import (
     TestPoseFile,
     TrackerFile,
 )
+from elastocal.io.schema.mapping import ColumnFile, FrameFile, MappingFile
 from elastocal.io.schema.robot import (
     CheckPoseFile,
     ControllerFile,
@@ -41,6 +42,7 @@ __all__ = [
     "CampaignFile",
     "CheckPoseFile",
     "CollisionFile",
+    "ColumnFile",
     "ConeFile",
     "ConstraintsFile",
     "ControllerFile",
@@ -49,7 +51,9 @@ __all__ = [
     "DHRowFile",
     "ElevationFile",
     "ExperimentsFile",
+    "FrameFile",
     "InstrumentFile",
+    "MappingFile",
     "MotionFile",
     "ObstacleFile",
     "PriorFile",

@@ -79,14 +79,27 @@ def validate(document: Located) -> StudyFile:
     try:
         return StudyFile.model_validate(document.value)
     except ValidationError as error:
-        entries: list[dict[str, Any]] = [dict(entry) for entry in error.errors()]
-        # A misspelt key is also reported as missing: one mistake, one message.
-        spoilt = {e["loc"][:-1] for e in entries if e["type"] == "extra_forbidden"}
-        entries = [e for e in entries if e["type"] != "missing" or e["loc"][:-1] not in spoilt]
-        problems = sorted(_describe(document, entry) for entry in entries)
-        more = len({line for (line, _), _ in problems}) - 1
-        rest = f" (and {more} more line{'s' if more > 1 else ''} to mend)" if more > 0 else ""
-        raise StudyError(problems[0][1] + rest) from None
+        raise StudyError(first_problem(document, error, _MODELS)) from None
+
+
+def first_problem(
+    document: Located, error: ValidationError, models: dict[str, type[Section]]
+) -> str:
+    """A sentence on the first thing that is wrong, with its line.
+
+    Args:
+        document: The file.
+        error: What pydantic says of it.
+        models: Sections of such a file by their key; "" for the whole file.
+    """
+    entries: list[dict[str, Any]] = [dict(entry) for entry in error.errors()]
+    # A misspelt key is also reported as missing: one mistake, one message.
+    spoilt = {e["loc"][:-1] for e in entries if e["type"] == "extra_forbidden"}
+    entries = [e for e in entries if e["type"] != "missing" or e["loc"][:-1] not in spoilt]
+    problems = sorted(_describe(document, entry, models) for entry in entries)
+    more = len({line for (line, _), _ in problems}) - 1
+    rest = f" (and {more} more line{'s' if more > 1 else ''} to mend)" if more > 0 else ""
+    return problems[0][1] + rest
 
 
 def _check_version(document: Located) -> None:
@@ -102,7 +115,9 @@ def _check_version(document: Located) -> None:
         )
 
 
-def _describe(document: Located, error: dict[str, Any]) -> tuple[tuple[int, int], str]:
+def _describe(
+    document: Located, error: dict[str, Any], models: dict[str, type[Section]]
+) -> tuple[tuple[int, int], str]:
     """((line, -depth), sentence) for one pydantic error."""
     path = _real_path(document.value, error["loc"])
     where = document.where(path)
@@ -110,7 +125,7 @@ def _describe(document: Located, error: dict[str, Any]) -> tuple[tuple[int, int]
     name = _spell(path)
     kind = error["type"]
     if kind == "extra_forbidden":
-        sentence = f"{where}: unknown key {path[-1]!r}{_suggestion(document.value, path)}"
+        sentence = f"{where}: unknown key {path[-1]!r}{_suggestion(document.value, path, models)}"
     elif kind == "missing":
         parent = _spell(path[:-1])
         sentence = f"{where}: key {path[-1]!r} is missing" + (f" in {parent}" if parent else "")
@@ -184,10 +199,10 @@ _MODELS: dict[str, type[Section]] = {
 }
 
 
-def _suggestion(root: Any, path: Path_) -> str:
+def _suggestion(root: Any, path: Path_, models: dict[str, type[Section]]) -> str:
     """What the unknown key at the end of `path` was probably meant to be."""
-    words = [part for part in path[:-1] if isinstance(part, str) and part in _MODELS]
-    model = _MODELS[words[-1] if words else ""]
+    words = [part for part in path[:-1] if isinstance(part, str) and part in models]
+    model = models[words[-1] if words else ""]
     if model is DHRobotFile and "urdf" in root["robot"]:
         model = UrdfRobotFile
     allowed = list(model.model_fields)
