@@ -123,6 +123,13 @@ def _check_columns(
         for i, name in enumerate(table.header)
         if name and i not in {column.index for column in some.values()}
     ]
+    for twice, why in (
+        ((MASS, *FORCES), "a hanging mass and a force exclude each other"),
+        (("state", *DEFLECTIONS), "a deflection has no state, it is loaded minus unloaded"),
+    ):
+        also = [key for key in twice[1:] if key in found]
+        if twice[0] in found and also:
+            raise MeasurementFileError(f"{where}: columns {twice[0]!r} and {also[0]!r}: {why}")
     robot, many = study.robot, len(study.experiments.tool.markers) > 1
 
     wanted = [] if several and not many else ["experiment"]
@@ -137,13 +144,6 @@ def _check_columns(
                 "column 'state' is missing; positions x, y, z need it to tell loaded from unloaded"
             )
         raise MeasurementFileError(f"{where}: {problem}")
-    for twice, why in (
-        ((MASS, *FORCES), "a hanging mass and a force exclude each other"),
-        (("state", *DEFLECTIONS), "a deflection has no state, it is loaded minus unloaded"),
-    ):
-        also = [key for key in twice[1:] if key in found]
-        if twice[0] in found and also:
-            raise MeasurementFileError(f"{where}: columns {twice[0]!r} and {also[0]!r}: {why}")
     kind_of_uncertainty(found, where)
 
 
@@ -166,6 +166,11 @@ def _measurements(table: Table, study: Study, mapping: FieldMapping | None) -> M
             table, grouping, marker, own, tool, loaded, _names_of(left_out, tool)
         )
     said = list(grouping.remarks)
+    if not (mapping and mapping.controller) and not study.coupling.is_identity:
+        said.append(
+            "joint values are taken as those of the model, not of its controller; a mapping with "
+            "'joints: controller' says otherwise"
+        )
     if left_out.rows:
         said.append(
             f"{left_out.rows} row{'s' if left_out.rows > 1 else ''} marked as invalid or deleted "

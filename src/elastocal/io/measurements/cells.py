@@ -7,12 +7,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from elastocal.arrays import Array, IntArray
 from elastocal.errors import MeasurementFileError
 from elastocal.io.measurements.columns import Column
+from elastocal.io.measurements.fast import plain_columns
 from elastocal.io.measurements.layout import Layout
 
 LARGEST = 1e9
@@ -21,7 +23,7 @@ CHUNK = 20_000  # rows; bounds the memory for cells as text
 NOT_USED = {"valid": ("0", "false", "no"), "delete": ("1", "true", "yes")}
 """Words that mark a row as not to be used."""
 _DECIMALS = 1000  # rows that tell the decimal sign
-_COMMA = re.compile(r"\s*'?[-+−]?\d*,\d+([eE][-+]?\d+)?\s*")
+_NUMBER = re.compile(r"\s*'?[-+−]?\d*[.,]\d+([eE][-+]?\d+)?\s*")
 
 
 @dataclass(frozen=True)
@@ -42,7 +44,6 @@ class Cells:
         headers: Header of every column, by key.
         numbers: (R,) numbers in SI units, by key.
         words: Words, by key.
-        decimal: Decimal sign used.
     """
 
     path: Path
@@ -50,7 +51,6 @@ class Cells:
     headers: dict[str, str]
     numbers: dict[str, Array]
     words: dict[str, Words]
-    decimal: str
 
 
 def read_cells(table: Layout, columns: dict[str, Column], decimal: str | None = None) -> Cells:
@@ -65,6 +65,32 @@ def read_cells(table: Layout, columns: dict[str, Column], decimal: str | None = 
         MeasurementFileError: the first cell that is wrong, by line and column.
     """
     decimal = decimal or _decimal(table, columns)
+    quick = plain_columns(table, columns, decimal)
+    found = None if quick is None else _of_plain(table, columns, *quick)
+    return found if found is not None else _cell_by_cell(table, columns, decimal)
+
+
+def _of_plain(
+    table: Layout, columns: dict[str, Column], lines: IntArray, found: dict[str, Any]
+) -> Cells | None:
+    """The columns of a plain table; None if a number is not one that may stand there."""
+    numbers: dict[str, Array] = {}
+    words: dict[str, Words] = {}
+    for key, column in columns.items():
+        if column.meaning.kind:
+            if not (np.abs(found[key]) < LARGEST).all():
+                return None
+            numbers[key] = column.factor * found[key]
+            continue
+        codes, names = found[key]
+        known: dict[str, int] = {}
+        place = np.array([known.setdefault(plain(n), len(known)) for n in names], dtype=np.int64)
+        words[key] = Words(place[codes], tuple(known))
+    headers = {key: column.header for key, column in columns.items()}
+    return Cells(table.file.path, lines, headers, numbers, words)
+
+
+def _cell_by_cell(table: Layout, columns: dict[str, Column], decimal: str) -> Cells:
     numbers: dict[str, list[Array]] = {k: [] for k, c in columns.items() if c.meaning.kind}
     words: dict[str, list[IntArray]] = {k: [] for k, c in columns.items() if not c.meaning.kind}
     codes: dict[str, dict[str, int]] = {key: {} for key in words}
@@ -89,7 +115,6 @@ def read_cells(table: Layout, columns: dict[str, Column], decimal: str | None = 
         {key: column.header for key, column in columns.items()},
         {key: columns[key].factor * np.concatenate(parts) for key, parts in numbers.items()},
         {key: Words(np.concatenate(parts), tuple(codes[key])) for key, parts in words.items()},
-        decimal,
     )
 
 
@@ -116,13 +141,28 @@ def _chunks(
 
 
 def _decimal(table: Layout, columns: dict[str, Column]) -> str:
-    """The decimal sign of the first rows: a comma if numbers have commas and no points."""
+    """The decimal sign of the first rows.
+
+    Raises:
+        MeasurementFileError: numbers with a comma and numbers with a point.
+    """
     if table.delimiter == ",":
         return "."
-    places = [column.index for column in columns.values() if column.meaning.kind]
-    cells = [row[i] for _, row in islice(table.rows(), _DECIMALS) for i in places]
-    commas = any(_COMMA.fullmatch(cell) for cell in cells)
-    return "," if commas and not any("." in cell for cell in cells) else "."
+    used = [column for column in columns.values() if column.meaning.kind]
+    first: dict[str, tuple[int, Column, str]] = {}
+    for line, row in islice(table.rows(), _DECIMALS):
+        for column in used:
+            cell = row[column.index]
+            sign = next((s for s in ",." if s in cell), "")
+            if sign and sign not in first and _NUMBER.fullmatch(cell):
+                first[sign] = line, column, cell.strip()
+    if len(first) == 2:
+        line, column, cell = first[","]
+        raise MeasurementFileError(
+            f"{table.file.path}, line {line}, column {column.header!r}: {cell[:40]!r} here and "
+            f"{first['.'][2][:40]!r} in line {first['.'][0]}; expected one decimal sign for all"
+        )
+    return next(iter(first), ".")
 
 
 def _codes(cells: Sequence[str], known: dict[str, int]) -> IntArray:

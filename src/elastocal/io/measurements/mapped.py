@@ -56,8 +56,8 @@ def _index(table: Layout, place: Place) -> int | None:
 
 def _not_found(tables: Sequence[Layout], files: Sequence[int], place: Place) -> str:
     there = [name for i in files for name in tables[i].header if name]
-    shown = ", ".join(repr(name) for name in there[:12]) + (", ..." if len(there) > 12 else "")
-    which = ", ".join(str(tables[i].file.path) for i in files)
+    shown = ", ".join(repr(name) for name in there[:10]) + (", ..." if len(there) > 10 else "")
+    which = ", ".join(tables[i].file.path.name for i in files)
     if isinstance(place.column, int):
         most = max(len(tables[i].header) for i in files)
         return f"{place.where}: there is no column {place.column} in {which}, only {most}"

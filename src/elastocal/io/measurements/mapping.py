@@ -105,12 +105,10 @@ def read_mapping(path: str | Path, robot: Robot) -> FieldMapping:
     path = Path(path)
     try:
         document = parse(read_text(path, largest=_LARGEST), path)
-    except StudyError as error:
-        raise MeasurementFileError(str(error)) from None
-    except MeasurementFileError:
-        raise
     except InputError as error:
-        raise MeasurementFileError(str(error)) from None
+        hint = '; in braces, quote keys with brackets: {"x [mm]": X}'
+        more = hint if isinstance(error, StudyError) and "got '['" in str(error) else ""
+        raise MeasurementFileError(f"{error}{more}") from None
     file = _validated(document)
     style = Style(
         _DELIMITERS[file.delimiter] if file.delimiter else None,

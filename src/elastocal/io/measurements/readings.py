@@ -182,6 +182,10 @@ def _repeated(table: Table, values: Array) -> list[str]:
 
     The sort is stable, so of equal rows the later ones are named.
     """
+    bits = np.ascontiguousarray(values).view(np.uint64)
+    digest = np.sort(bits @ np.array([1, 0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F], dtype=np.uint64))
+    if not (digest[1:] == digest[:-1]).any():
+        return []  # as good as always, and much cheaper than to sort rows
     order = np.lexsort(values.T)
     same = (values[order[1:]] == values[order[:-1]]).all(axis=1)
     again = np.sort(order[1:][same & values[order[1:]].any(axis=1)])
