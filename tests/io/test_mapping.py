@@ -205,7 +205,7 @@ BAD: dict[str, tuple[str, str, list[str]]] = {
     "no unit anywhere": ("A1 [deg]", "A1", ["line 5", "'J1' has no unit"]),
     "other unit": ("x [mm]: X", "x [m]: X", ["line 12", "says [m]", "'X [mm]'", "same unit"]),
     "no such column": (
-        "A1 [deg]: J1", "A1 [deg]: J9", ["line 5", "no column 'J9'", "joints.csv", "'pose'"]),
+        "A1 [deg]: J1", "A1 [deg]: J9", ["line 5", "no column 'J9'", "joints.csv", "'J1'"]),
     "no such number": (
         "A1 [deg]: J1", "A1 [deg]: {file: 2, column: 99}", ["line 5", "no column 99", "only 9"]),
     "no such file": (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -56,12 +57,15 @@ def _index(table: Layout, place: Place) -> int | None:
 
 def _not_found(tables: Sequence[Layout], files: Sequence[int], place: Place) -> str:
     there = [name for i in files for name in tables[i].header if name]
-    shown = ", ".join(repr(name) for name in there[:10]) + (", ..." if len(there) > 10 else "")
     which = ", ".join(tables[i].file.path.name for i in files)
     if isinstance(place.column, int):
         most = max(len(tables[i].header) for i in files)
         return f"{place.where}: there is no column {place.column} in {which}, only {most}"
-    return f"{place.where}: there is no column {place.column!r} in {which}; its columns are {shown}"
+    nearest = difflib.get_close_matches(place.column, there, 6, 0.0)
+    return (
+        f"{place.where}: there is no column {place.column!r} in {which}; nearest to it are "
+        f"{', '.join(map(repr, nearest))}"
+    )
 
 
 def _column(place: Place, index: int, header: str, named: bool) -> Column:
