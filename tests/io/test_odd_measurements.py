@@ -9,6 +9,7 @@ import pytest
 
 from elastocal.io.measurement_file import read_measurements
 from elastocal.measurement import Measurements
+from elastocal.posture import forward_kinematics
 from tests.io.campaign import STUDY_TEXT, study
 from tests.io.test_bad_measurements import FIRST, GOOD, HEAD, ROWS, STATES, edited
 
@@ -204,8 +205,6 @@ def test_a_tracker_sees_each_marker_with_its_own_noise(tmp_path: Path) -> None:
     text = STUDY_TEXT.replace("{sigma_mm: 0.03}", tracker)
     found = read(GOOD.replace("u [mm]", "unused"), tmp_path, text)
     what = study(text)
-    from elastocal.posture import forward_kinematics
-
     for reading, (case, marker) in enumerate(zip(found.case, found.marker, strict=True)):
         pose = forward_kinematics(what.robot, found.cases.q[case : case + 1])[0]
         point = pose[:3, :3] @ found.tool.markers[marker] + pose[:3, 3]

@@ -46,6 +46,9 @@ Readings = Annotated[
     typer.Argument(metavar="MEASUREMENTS", help="Measured deflections (CSV).", show_default=False),
 ]
 
+Mapping = Annotated[
+    Path | None, typer.Option(help="What foreign columns mean (YAML).", show_default=False)
+]
 Prior = Annotated[Path | None, typer.Option(help="Model from before, weighed by its covariance.")]
 Known = Annotated[Path | None, typer.Option(help="Model of further joints, taken as it is.")]
 
@@ -66,6 +69,7 @@ def identify(
     nonnegative: Annotated[
         bool, typer.Option("--nonnegative", help="Rule out compliances below zero.")
     ] = False,
+    mapping: Mapping = None,
     prior: Prior = None,
     known: Known = None,
     confidence: Annotated[float, typer.Option(help="Confidence of the intervals.")] = 0.95,
@@ -79,7 +83,7 @@ def identify(
 
     writable(out, study, *measurements, suffix=".json")
     what = study_at(study)
-    data = readings(what, measurements)
+    data = readings(what, measurements, mapping)
     found = fit(
         what.arm,
         data,
@@ -114,12 +118,12 @@ def show_remarks(data: Measurements) -> None:
         out.print(Text(f"Note: {remark.rstrip('.')}.", style="yellow"))
 
 
-def readings(study: Study, paths: list[Path]) -> Measurements:
-    """The readings in one file, or in three that belong together row by row."""
+def readings(study: Study, paths: list[Path], mapping: Path | None = None) -> Measurements:
+    """The readings in one file, or in several that belong together."""
     from elastocal.io.measurement_file import read_measurements
 
     chosen: Any = paths[0] if len(paths) == 1 else paths
-    return read_measurements(chosen, study)
+    return read_measurements(chosen, study, mapping)
 
 
 def provenance(study: Study, data: Measurements, *models: Path | None) -> dict[str, Any]:
@@ -143,6 +147,7 @@ def validate(
     study: StudyPath,
     model: Annotated[Path, typer.Argument(help="Model (JSON).", show_default=False)],
     measurements: Readings,
+    mapping: Mapping = None,
     prior: Prior = None,
     known: Known = None,
     confidence: Annotated[float, typer.Option(help="Confidence of the predictions.")] = 0.95,
@@ -155,7 +160,7 @@ def validate(
     from elastocal.validation import validate as compare
 
     what = study_at(study)
-    data = readings(what, measurements)
+    data = readings(what, measurements, mapping)
     sections = model_sections(model)
     origin = sections.get("provenance", {})
     found: Validation

@@ -44,9 +44,20 @@ def check(
     picture: Annotated[
         Path | None, typer.Option(help="Draw the robot to this file (.svg or .html).")
     ] = None,
+    measurements: Annotated[
+        list[Path] | None, typer.Option(help="Say what was understood of these readings instead.")
+    ] = None,
+    mapping: Annotated[
+        Path | None, typer.Option(help="What their columns mean (YAML).", show_default=False)
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Say what a study means: robot, reach, units, loads, what is identifiable."""
+    if mapping is not None and not measurements:
+        raise InputError("--mapping needs --measurements")
+    if measurements:
+        _check_measurements(study, measurements, mapping, as_json)
+        return
     from elastocal.checkup import check as look
     from elastocal.io.study_file import read_study
 
@@ -78,6 +89,35 @@ def check(
         print(f"wrote {picture}")
     if found.problem is not None:
         raise found.problem
+
+
+def _check_measurements(
+    study: Path, paths: list[Path], mapping: Path | None, as_json: bool
+) -> None:
+    """Say what was understood of measurement files."""
+    from elastocal.io.measurement_file import read_measurements
+    from elastocal.io.study_file import read_study
+
+    what = read_study(study)
+    found = read_measurements(paths, what, mapping)
+    if as_json:
+        import numpy as np
+
+        largest = np.linalg.norm(found.deflection, axis=1).max(initial=0.0)
+        print_json(
+            {
+                "experiments": len(found.cases),
+                "readings": len(found),
+                "own_uncertainty": found.own_uncertainty,
+                "largest_deflection_mm": 1e3 * float(largest),
+                "sha256": found.sha256,
+                "remarks": list(found.remarks),
+            }
+        )
+        return
+    from elastocal.terminal.measurements import show_measurements
+
+    show_measurements(found, what.robot)
 
 
 def _draw(study: Study, path: Path) -> None:

@@ -87,14 +87,14 @@ def read_measurements(
     odd += [t.remark for t in tables if t.remark]
     return replace(
         found,
-        source=", ".join(map(str, paths)),
-        sha256=_digest([file.sha256 for file in files]),
+        source=", ".join(map(str, paths)) + (f" through {foreign.path}" if foreign else ""),
+        sha256=_digest([f.sha256 for f in files] + ([foreign.sha256] if foreign else [])),
         remarks=(*odd, *found.remarks, *remarks(found, study, units)),
     )
 
 
 def _digest(digests: Sequence[str]) -> str:
-    """The hash of one file; of several, the hash of their hashes."""
+    """The hash of one file; of several, a mapping being one, the hash of their hashes."""
     return (
         digests[0] if len(digests) == 1 else hashlib.sha256("".join(digests).encode()).hexdigest()
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +21,7 @@ from elastocal.io.schema import ColumnFile, FrameFile, MappingFile, Section
 from elastocal.io.schema.study import first_problem
 from elastocal.io.yaml_lines import Located, Path_, parse
 from elastocal.robot import Robot
+from elastocal.rotations import from_zyx_angles
 
 _LARGEST = 1_000_000  # bytes
 _DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|", "space": " "}
@@ -73,6 +75,7 @@ class FieldMapping:
 
     Attributes:
         path: Where it is.
+        sha256: Hash of its text.
         style: How the files are written.
         places: Columns that are used.
         constants: What no column says.
@@ -83,6 +86,7 @@ class FieldMapping:
     """
 
     path: Path
+    sha256: str
     style: Style
     places: tuple[Place, ...]
     constants: tuple[Constant, ...]
@@ -104,7 +108,8 @@ def read_mapping(path: str | Path, robot: Robot) -> FieldMapping:
     """
     path = Path(path)
     try:
-        document = parse(read_text(path, largest=_LARGEST), path)
+        text = read_text(path, largest=_LARGEST)
+        document = parse(text, path)
     except InputError as error:
         hint = '; in braces, quote keys with brackets: {"x [mm]": X}'
         more = hint if isinstance(error, StudyError) and "got '['" in str(error) else ""
@@ -128,6 +133,7 @@ def read_mapping(path: str | Path, robot: Robot) -> FieldMapping:
             )
     return FieldMapping(
         path,
+        hashlib.sha256(text.encode()).hexdigest(),
         style,
         places,
         constants,
@@ -268,11 +274,7 @@ def _rotation(document: Located, frame: FrameFile | None) -> Array | None:
     if (frame.rpy_deg is None) == (frame.matrix is None):
         raise MeasurementFileError(f"{where}: frame: expected either rpy_deg or matrix")
     if frame.rpy_deg is not None:
-        (cr, cp, cy), (sr, sp, sy) = (f(np.radians(frame.rpy_deg)) for f in (np.cos, np.sin))
-        about_x = np.array([[1.0, 0.0, 0.0], [0.0, cr, -sr], [0.0, sr, cr]])
-        about_y = np.array([[cp, 0.0, sp], [0.0, 1.0, 0.0], [-sp, 0.0, cp]])
-        about_z = np.array([[cy, -sy, 0.0], [sy, cy, 0.0], [0.0, 0.0, 1.0]])
-        return about_z @ about_y @ about_x
+        return from_zyx_angles(np.radians([frame.rpy_deg[::-1]]))[0]
     matrix = np.array(frame.matrix)
     if matrix.shape != (3, 3) or np.abs(matrix @ matrix.T - np.eye(3)).max() > 1e-4:
         raise MeasurementFileError(

@@ -1,0 +1,52 @@
+"""What was understood of measurement files."""
+
+from __future__ import annotations
+
+import numpy as np
+from rich import box
+from rich.table import Table
+from rich.text import Text
+
+from elastocal.measurement import Measurements
+from elastocal.robot import Robot
+from elastocal.terminal.console import numbers, out, whole
+
+_SHOWN = 12
+
+
+def show_measurements(found: Measurements, robot: Robot) -> None:
+    """Experiments with their loads and largest deflections, the noise, and what looks odd."""
+    n, tool = len(found.cases), found.tool
+    out.print(Text(f"{found.source}: {_count(len(found), 'reading')} of {_count(n, 'experiment')}"))
+    per_marker = np.bincount(found.marker, minlength=len(tool.marker_names))
+    markers = ", ".join(
+        f"{name} {count}×" for name, count in zip(tool.marker_names, per_marker, strict=True)
+    )
+    out.print(Text(f"Markers of tool {tool.name!r}: {markers}"))
+    noise = 1e3 * np.sqrt(np.einsum("rii->ri", found.covariance))
+    whence = "of the readings" if found.own_uncertainty else "of the instrument"
+    out.print(
+        f"Noise {whence}: {noise.min():.4g} … {noise.max():.4g} mm, standard deviation of one "
+        "coordinate"
+    )
+    table = Table(box=box.SIMPLE_HEAD)
+    for column in ("experiment", *robot.joint_names, "force N", "torque N·m", "deflection mm"):
+        table.add_column(column, justify="right")
+    size = 1e3 * np.linalg.norm(found.deflection, axis=1)
+    largest = np.zeros(n)
+    np.maximum.at(largest, found.case, size)
+    shown = robot.shown_scale * found.cases.q
+    for i in range(min(n, _SHOWN)):
+        wrench = found.cases.wrench[i]
+        joints = (f"{value + 0.0:.6g}" for value in shown[i])
+        loads = numbers(wrench[:3]), numbers(wrench[3:])
+        table.add_row(Text(found.names[i][:30]), *joints, *loads, f"{largest[i]:.4g}")
+    whole(table)
+    if n > _SHOWN:
+        out.print(f"… and {n - _SHOWN} more")
+    for remark in found.remarks:
+        out.print(Text(f"Note: {remark.rstrip('.')}.", style="yellow"))
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"
