@@ -258,7 +258,7 @@ def test_unseen_joints_are_named() -> None:
         identify(arm(("A1", *NAMES)), measured(arm(), hung(12)))
     one = hung(1)
     same = LoadCases(np.repeat(one.q, 12, axis=0), np.repeat(one.wrench, 12, axis=0))
-    with pytest.raises(IdentifiabilityError, match="see only a combination"):
+    with pytest.raises(IdentifiabilityError, match="see only 3 combinations of them"):
         identify(arm(), measured(arm(), same))
     with pytest.raises(IdentifiabilityError, match="1 readings give 3 coordinates"):
         identify(arm(), measured(arm(), one))

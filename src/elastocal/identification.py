@@ -271,15 +271,16 @@ def _in_metres(found: Solution, residual: Array) -> Array:
 
 def _confounded(names: tuple[str, ...], directions: Array, measurements: Measurements) -> str:
     """Which compliances the data leave open, in words."""
-    sentences = []
-    for direction in directions:
-        involved = np.flatnonzero(np.abs(direction) > 1e-3 * np.abs(direction).max())
-        joints = " and ".join(names[i] for i in involved)
-        sentences.append(
-            f"{joints}: no reading is moved by this joint"
-            if len(involved) == 1
-            else f"{joints}: the readings see only a combination of them"
-        )
+    involved = np.abs(directions) > 1e-3 * np.abs(directions).max(axis=1, keepdims=True)
+    alone = involved.sum(axis=1) == 1
+    blind = [names[int(np.argmax(row))] for row in involved[alone]]
+    sentences = [f"{name}: no reading is moved by this joint" for name in blind]
+    mixed = np.flatnonzero(involved[~alone].any(axis=0))
+    if len(mixed):
+        seen = len(mixed) - int((~alone).sum())
+        what = "a combination of them" if seen == 1 else f"{seen} combinations of them"
+        joints = " and ".join(names[i] for i in mixed)
+        sentences.append(f"{joints}: the readings see only {what}")
     return (
         f"not identifiable from {measurements.source or 'these measurements'}: "
         + "; ".join(sentences)

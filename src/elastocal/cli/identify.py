@@ -84,6 +84,8 @@ def identify(
     writable(out, study, *measurements, suffix=".json")
     what = study_at(study)
     data = readings(what, measurements, mapping)
+    if not as_json:  # before the fit: what looks odd explains why a fit fails
+        show_remarks(data)
     found = fit(
         what.arm,
         data,
@@ -96,16 +98,10 @@ def identify(
     if as_json:
         print_json(model_document(found.model, what.robot, provenance=origin, sections=sections))
         return
-    show(found, data)
-    print(f"wrote {out}")
-
-
-def show(found: Identification, data: Measurements) -> None:
-    """An identification, with what looks odd in its readings."""
     from elastocal.terminal.identifications import show_identification
 
-    show_remarks(data)
     show_identification(found)
+    print(f"wrote {out}")
 
 
 def show_remarks(data: Measurements) -> None:
@@ -115,7 +111,7 @@ def show_remarks(data: Measurements) -> None:
     from elastocal.terminal.console import out
 
     for remark in data.remarks:
-        out.print(Text(f"Note: {remark.rstrip('.')}.", style="yellow"))
+        out.print(Text(f"Note: {remark}" + ("" if remark[-1:] in ".?" else "."), style="yellow"))
 
 
 def readings(study: Study, paths: list[Path], mapping: Path | None = None) -> Measurements:
