@@ -5,6 +5,9 @@ In: a study, load cases, repeats. Out: a `RobotProgram`.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -14,6 +17,7 @@ from elastocal.assessment import TOLERANCE, assess
 from elastocal.constraints import describe, margins_at
 from elastocal.errors import InfeasibleError, InputError
 from elastocal.load_case import LoadCases
+from elastocal.motion import Vias, hits, motion_margins, watched
 from elastocal.posture import Posture
 from elastocal.robot_program import (
     Ask,
@@ -43,6 +47,7 @@ def campaign_program(
     settle: float = 2.0,
     speed: float = 0.1,
     digest: str = "",
+    via: Vias = (),
 ) -> RobotProgram:
     """Program of a calibration campaign, in the order of the load cases.
 
@@ -60,9 +65,10 @@ def campaign_program(
         settle: Wait before every measurement [s].
         speed: Share of full speed, in (0, 1].
         digest: SHA-256 of the plan file.
+        via: Configurations passed on the way, see `motion.Vias`.
 
     Raises:
-        InfeasibleError: the load cases break constraints of the study.
+        InfeasibleError: the load cases break constraints of the study, or a motion collides.
         InputError: an argument is out of range, or a configuration cannot be approached.
     """
     worth = assess(study, cases, repeats)
@@ -79,17 +85,35 @@ def campaign_program(
     start, notes = ([], []) if home is None else _home(study, home)
     labels = [f"{kind}{i + 1}" for i in range(len(cases)) for kind in ("AP", "P")]
     m = int(np.sum(repeats))
-    return RobotProgram(
+    passed = list(via) or [np.zeros((0, q.shape[1]))] * (len(q) + 1)
+    between = np.concatenate(passed)
+    labels += [f"V{i + 1}" for i in range(len(between))]
+    program = RobotProgram(
         name=name or study.name,
         purpose=f"Calibration campaign: {m} experiments in {len(cases)} configurations.",
         robot=robot,
-        targets=np.vstack([*start, beside]),
+        targets=np.vstack([*start, beside, between]),
         target_names=(*(["H0"] * len(start)), *labels),
-        steps=_steps(study, cases, repeats, len(start), settle),
+        steps=_steps(study, cases, repeats, len(start), settle, [len(part) for part in passed]),
         speed=speed,
         provenance=Provenance(study.name, digest),
         notes=(*_notes(bool(start), same), *notes),
     )
+    _refuse_collisions(study, program)
+    return program
+
+
+def _refuse_collisions(study: Study, program: RobotProgram) -> None:
+    """Refuse a program in which a motion from target to target collides."""
+    order = [step.target for step in program.steps if isinstance(step, Move)]
+    pairs = list(dict.fromkeys(pairwise(order)))
+    if not pairs or not watched(study):
+        return
+    starts, goals = (program.targets[[pair[end] for pair in pairs]] for end in (0, 1))
+    margins = motion_margins(study, starts, goals)
+    for i in np.flatnonzero(~margins.free).tolist():
+        names = [program.target_names[target] for target in pairs[i]]
+        raise InfeasibleError(f"the motion from {names[0]} to {names[1]} {hits(margins, i)}")
 
 
 def _notes(home: bool, same: bool) -> tuple[str, ...]:
@@ -102,14 +126,27 @@ def _notes(home: bool, same: bool) -> tuple[str, ...]:
 
 
 def _steps(
-    study: Study, cases: LoadCases, repeats: IntArray, first: int, settle: float
+    study: Study,
+    cases: LoadCases,
+    repeats: IntArray,
+    first: int,
+    settle: float,
+    passed: Sequence[int],
 ) -> tuple[Step, ...]:
-    """All cycles in order; `first` is the number of the first approach point, 1 if home is 0."""
+    """All cycles in order; `first` is the number of the first approach point, 1 if home is 0.
+
+    `passed` says how many via points lie before each pose and before the end; those from and to
+    home are left out if there is no home.
+    """
+    after = first + 2 * len(cases)
+    ways = np.split(np.arange(after, after + sum(passed)), np.cumsum(passed)[:-1])
     steps: list[Step] = [Move(0)] if first else []
     markers = " ".join(study.experiments.tool.marker_names)
     m, experiment, approach = int(np.sum(repeats)), 0, first
     for i, wrench in enumerate(cases.wrench):
         approach = first + 2 * i
+        if i or first:
+            steps += [Move(target) for target in ways[i].tolist()]
         for _ in range(int(repeats[i])):
             experiment += 1
             head = f"Experiment {experiment}/{m}"
@@ -125,7 +162,8 @@ def _steps(
                 Measure(bent, experiment, i + 1, loaded=True),
                 Ask(f"{head}: take the load off. The robot moves next."),
             ]
-    return (*steps, Move(0 if first else approach))
+    back = [Move(target) for target in ways[-1].tolist()] if first else []
+    return (*steps, *back, Move(0 if first else approach))
 
 
 def load_text(wrench: Array) -> str:

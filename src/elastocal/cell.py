@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from elastocal.arrays import Array
-from elastocal.collision.chain import robot_solids, tool_solids, wrist_radius
+from elastocal.collision.chain import robot_solids, tool_solids
 from elastocal.collision.coal_distance import coal
 from elastocal.collision.contacts import obstacle_pairs, self_pairs
 from elastocal.collision.solid import Solid, solids_of
@@ -22,7 +22,7 @@ from elastocal.shapes import Shape
 ITSELF = "itself"
 """What the robot is called as an obstacle to its own motion."""
 
-_GAP = 0.01  # room [m] between the margin around the wrist and the beginning of the tool
+_GAP = 0.1  # room [m] between the margin around the wrist and where the tool is watched
 
 
 @dataclass(frozen=True)
@@ -60,17 +60,15 @@ def clearances(
         InputError: a mesh cannot be used, a name is not known, or a package is missing.
     """
     links = robot_solids(robot, rules.link_radius)
-    # The tool begins where it can be clear of the forearm; what is nearer is inside the wrist.
-    wrist = wrist_radius(links, robot)
-    outside = wrist + rules.margin + _GAP if wrist else 0.0
-    solids = [*links, *tool_solids(robot, tool, tool.radius, outside)]
+    solids = [*links, *tool_solids(robot, tool)]
     things = [solids_of(shape, shape.name) for shape in obstacles]
     _check_names(robot, rules, solids, [shape.name for shape in obstacles])
     if not all(solid.exact for solid in [*solids, *(s for part in things for s in part)]):
         coal()  # say now that it is missing, not in the midst of planning
+    outer = [solid for solid in solids if not solid.covered]
     found = []
     for shape, parts in zip(obstacles, things, strict=True):
-        pairs, left = obstacle_pairs(robot, limits, solids, parts, rules.ignore)
+        pairs, left = obstacle_pairs(robot, limits, outer, parts, rules.ignore)
         found.append(
             Clearance(
                 shape.name,
@@ -82,11 +80,26 @@ def clearances(
             )
         )
     if rules.itself:
-        pairs, left = self_pairs(robot, limits, solids, rules.ignore)
+        also = _outside_the_wrist(robot, tool, links, rules.margin)
+        pairs, left = self_pairs(robot, limits, solids, rules.ignore, also)
         found.append(
             Clearance(ITSELF, pairs, rules.margin, motion_margin=rules.motion_margin, left_out=left)
         )
     return tuple(found)
+
+
+def _outside_the_wrist(
+    robot: Robot, tool: Tool, links: list[Solid], margin: float
+) -> list[tuple[Solid, Solid]]:
+    """The outer part of a tool that begins inside the round end of the forearm, with the forearm.
+
+    As a whole the two always touch; what can be told is whether the tool folds back.
+    """
+    forearm = [solid for solid in links if not solid.covered][-1]
+    if robot.collisions or forearm.body == len(robot.joints):
+        return []
+    beyond = forearm.radius + tool.radius + margin + _GAP
+    return [(solid, forearm) for solid in tool_solids(robot, tool, beyond=beyond)]
 
 
 def _check_names(

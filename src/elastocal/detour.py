@@ -81,16 +81,16 @@ def refuse_home(study: Study) -> None:
         )
 
 
-def way_around(
-    study: Study, start: Array, goal: Array, rng: np.random.Generator
-) -> Array | None:
+def way_around(study: Study, start: Array, goal: Array, rng: np.random.Generator) -> Array | None:
     """(K, n) configurations to pass from `start` to `goal`, None if no way was found."""
     lower, upper = study.limits
     draws = rng.uniform(lower, upper, (_SINGLE, len(start)))
     draws = np.vstack([study.pace.home, (start + goal) / 2.0, draws])
     draws = draws[_free(study, draws)]
     speed = study.pace.speed
-    length = (np.abs(draws - start) / speed).max(axis=1) + (np.abs(goal - draws) / speed).max(axis=1)
+    length = (np.abs(draws - start) / speed).max(axis=1) + (np.abs(goal - draws) / speed).max(
+        axis=1
+    )
     draws = draws[np.argsort(length, kind="stable")]
     for begin in range(0, len(draws), 32):
         via = draws[begin : begin + 32]

@@ -16,6 +16,7 @@ from elastocal.assessment import Assessment, assess
 from elastocal.certification import Bound, Certificate, certificate, confirmed
 from elastocal.identifiability import unidentifiable
 from elastocal.load_case import LoadCases
+from elastocal.motion import Vias, motion_violations
 from elastocal.study import Study, with_count
 
 _AGREE = 1e-4  # claims may differ by this share: a run sheet rounds its angles
@@ -31,12 +32,15 @@ class Evaluation:
         certificate: How far it can be from the best, by a bound of its own count.
         objections: One sentence for every broken constraint and every claim that does not hold.
         unidentified: One sentence for every combination of compliances it leaves open.
+        collisions: One sentence for every motion between configurations that is not allowed;
+            objections, too.
     """
 
     assessment: Assessment
     certificate: Certificate
     objections: tuple[str, ...]
     unidentified: tuple[str, ...]
+    collisions: tuple[str, ...] = ()
 
     @property
     def accepted(self) -> bool:
@@ -45,7 +49,12 @@ class Evaluation:
 
 
 def evaluate(
-    study: Study, cases: LoadCases, repeats: IntArray, claims: dict[str, Any], bound: Bound
+    study: Study,
+    cases: LoadCases,
+    repeats: IntArray,
+    claims: dict[str, Any],
+    bound: Bound,
+    via: Vias = (),
 ) -> Evaluation:
     """Judge load cases against a study.
 
@@ -55,6 +64,7 @@ def evaluate(
         repeats: (S,) repeats.
         claims: What is claimed: rho0 [m], lower_bound [m], efficiency, standard_error by joint.
         bound: Bound for this study and as many experiments.
+        via: Configurations passed on the way, see `motion.Vias`.
     """
     study = with_count(study, int(repeats.sum()))
     worth = assess(study, cases, repeats)
@@ -62,8 +72,9 @@ def evaluate(
     bound = confirmed(study, bound, x, np.random.default_rng(0))
     proof = certificate(study, bound, worth, study.experiments.count)
     open_ends = tuple(unidentifiable(study.springs.names, worth.information))
-    objections = [*worth.violations, *_false_claims(study, worth, proof, claims)]
-    return Evaluation(worth, proof, tuple(objections), open_ends)
+    collisions = motion_violations(study, cases.q, via)
+    objections = [*worth.violations, *collisions, *_false_claims(study, worth, proof, claims)]
+    return Evaluation(worth, proof, tuple(objections), open_ends, collisions)
 
 
 def _false_claims(

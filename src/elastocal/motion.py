@@ -7,7 +7,7 @@ more than any point can move within it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -130,6 +130,17 @@ def relative_speed(robot: Robot, pairs: Pairs, starts: Array, goals: Array) -> A
             speed[p] += way[joint] * (1.0 if slides[joint] else arm)
             arm = arm + travel[joint] + lengths[joint]
     return speed
+
+
+def motions_free(study: Study) -> Callable[[Array, Array], BoolArray] | None:
+    """Says of (K, n) starts and goals which straight motions are free; None if all are."""
+    if not watched(study):
+        return None
+
+    def free(starts: Array, goals: Array) -> BoolArray:
+        return motion_margins(study, starts, goals, enough=0.0, decide=True).free
+
+    return free
 
 
 def hits(margins: MotionMargins, i: int) -> str:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastocal.arrays import IntArray, frozen
+from elastocal.arrays import Array, IntArray, frozen
 from elastocal.assessment import Assessment, assess
 from elastocal.certification import (
     Bound,
@@ -20,9 +20,11 @@ from elastocal.certification import (
     lower_bound,
 )
 from elastocal.design.exact import Effort, exact_design
+from elastocal.detour import detours, refuse_home
 from elastocal.errors import InfeasibleError
 from elastocal.identifiability import check_count, check_identifiable
 from elastocal.load_case import LoadCases
+from elastocal.motion import motions_free
 from elastocal.ordering import best_order
 from elastocal.schedule import Schedule, schedule
 from elastocal.simplification import simplify
@@ -42,6 +44,8 @@ class Plan:
         seed: Seed of the search.
         study: The study it was made from.
         free_joints: Joints whose values do not matter: set them as the cell requires.
+        via: S + 1 arrays (K, n): configurations to pass on the way to each load case and at last
+            home, where the straight motion is blocked [rad or m]; empty if none is.
     """
 
     load_cases: LoadCases
@@ -52,6 +56,7 @@ class Plan:
     seed: int
     study: Study
     free_joints: tuple[str, ...] = ()
+    via: tuple[Array, ...] = ()
 
     @property
     def count(self) -> int:
@@ -61,7 +66,7 @@ class Plan:
     @property
     def schedule(self) -> Schedule:
         """Times of moving, measuring and changing loads."""
-        return schedule(self.load_cases, self.repeats, self.study.pace)
+        return schedule(self.load_cases, self.repeats, self.study.pace, self.via)
 
 
 def plan(
@@ -82,12 +87,13 @@ def plan(
         progress: Told what is going on.
 
     Raises:
-        InfeasibleError: no load case satisfies the constraints.
+        InfeasibleError: no load case satisfies the constraints, or no motion leads there.
         IdentifiabilityError: some compliances cannot be told apart.
     """
     rng = np.random.default_rng(seed)
     space, m = study.space, study.experiments.count
     distinct = min(m, study.experiments.max_configurations or m)
+    refuse_home(study)
     check_identifiable(space, study.prior, rng)
     check_count(space, study.prior, m, distinct, rng)
     tell = progress or (lambda what, share: None)
@@ -105,12 +111,13 @@ def plan(
     )
     bound = confirmed(study, bound, design.x, rng)
     cases, free = simplify(study, space.load_cases(design.x))
-    sequence = best_order(cases, study.pace).sequence
+    sequence = best_order(cases, study.pace, free=motions_free(study)).sequence
     cases, repeats = LoadCases(cases.q[sequence], cases.wrench[sequence]), design.counts[sequence]
     tell("exact plan", 1.0)
     worth = assess(study, cases, repeats)
     if worth.violations:
         raise InfeasibleError(f"no feasible plan was found: in the best, {worth.violations[0]}")
+    via = detours(study, cases.q, seed=seed)
     return Plan(
         load_cases=cases,
         repeats=frozen(repeats, np.int64),
@@ -120,6 +127,7 @@ def plan(
         seed=seed,
         study=study,
         free_joints=free,
+        via=via,
     )
 
 

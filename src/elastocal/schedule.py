@@ -6,6 +6,7 @@ changing loads, for every stop. An estimate for planning, not a promise.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -67,7 +68,9 @@ class Schedule:
         return self.total / 3600.0
 
 
-def schedule(cases: LoadCases, repeats: IntArray, pace: Pace) -> Schedule:
+def schedule(
+    cases: LoadCases, repeats: IntArray, pace: Pace, via: Sequence[Array] = ()
+) -> Schedule:
     """Times of a campaign that executes `cases` in this order.
 
     The first load is put on before the first stop: that is a change of load, too.
@@ -76,10 +79,15 @@ def schedule(cases: LoadCases, repeats: IntArray, pace: Pace) -> Schedule:
         cases: S load cases in order of execution.
         repeats: (S,) how often each is measured.
         pace: Speeds and times, with a value for every joint.
+        via: S + 1 arrays (K, n) of configurations passed on the way; none if empty.
     """
     count = len(cases)
-    q = np.vstack([pace.home, cases.q, pace.home])
-    legs = np.diagonal(travel_times(q[:-1], q[1:], pace.speed))
+    stops = [pace.home, *cases.q, pace.home]
+    between = via or [np.zeros((0, len(pace.home)))] * (count + 1)
+    ways = [np.vstack([stops[k], between[k], stops[k + 1]]) for k in range(count + 1)]
+    legs = np.array(
+        [np.diagonal(travel_times(way[:-1], way[1:], pace.speed)).sum() for way in ways]
+    )
     changed = np.ones(count, dtype=bool)
     changed[1:] = np.any(cases.wrench[1:] != cases.wrench[:-1], axis=1)
     return Schedule(

@@ -43,6 +43,9 @@ CASES: dict[str, tuple[str, str, list[str], int]] = {
     "mesh format": ("cage.stl", "cage.step", ["line 19", "'.step'", ".stl, .obj, .ply"], 2),
     "mesh in metres": ("mesh_unit: mm", "mesh_unit: m", ["line 19", "in millimetres"], 2),
     "negative margin": ("margin_mm: 20", "margin_mm: -1", ["line 20", "not be negative"], 2),
+    "motions keep as much": (
+        "{margin", "{motion_margin_mm: 20, margin", ["line 20", "at least 2 mm less"], 2),
+    "no margin at all": ("margin_mm: 20", "margin_mm: 0", ["line 20", "at least 2 mm less"], 2),
     "margin without unit": ("margin_mm: 20", "margin: 20", ["'margin_mm'"], 2),
     "unknown in ignore": ("{margin", "{ignore: [[A1, A9]], margin", ["line 20", "'A9'"], 2),
     "three in ignore": ("{margin", "{ignore: [[A1, A2, A3]], margin", ["line 20", "two names"], 2),

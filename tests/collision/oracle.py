@@ -27,7 +27,8 @@ class CellOracle:
         places = [np.array(j.T_parent_joint)[:3, 3] for j in robot.joints]
         length = sum(float(np.linalg.norm(p)) for p in [*places, robot.T_tip_flange[:3, 3]])
         self.radius, self.tool = 0.05 * length, tool
-        self.start = (self.radius + margin + 0.01 + tool.radius) / np.linalg.norm(tool.load_point)
+        outside = self.radius + tool.radius + margin + 0.1
+        self.start = outside / float(np.linalg.norm(tool.load_point))
         self.boxes = {name: (coal.Box(*map(float, s)), T) for name, (s, T) in boxes.items()}
 
     def capsules(self, q: Array) -> list[tuple[str, Array, Array, float]]:
@@ -42,8 +43,7 @@ class CellOracle:
             name = model.names[i] if i else "base"
             found.append((name, chain[i], chain[i + 1], self.radius))
         tip = flange.act(np.array(self.tool.load_point))
-        start = flange.act(self.start * np.array(self.tool.load_point))
-        return [*found, ("tool", start, tip, self.tool.radius)]
+        return [*found, ("tool", flange.translation.copy(), tip, self.tool.radius)]
 
     def obstacle(self, q: Array, name: str) -> float:
         """Signed distance of the moving robot from a box [m]."""
@@ -61,6 +61,8 @@ class CellOracle:
         found = []
         for i, (first, *a) in enumerate(parts):
             for second, *b in parts[:i]:
+                if first == "tool" and second == "A4":  # only what is outside the wrist
+                    a = [a[0] + self.start * (a[1] - a[0]), *a[1:]]
                 if frozenset((first, second)) not in left_out:
                     found.append(distance(*solid(*a), *solid(*b)))
         return min(found)

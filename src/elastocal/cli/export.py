@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from elastocal.io.exports import Settings
     from elastocal.robot import Robot
     from elastocal.robot_program import RobotProgram
+    from elastocal.study import Study
 
 
 @app.command()
@@ -62,14 +63,13 @@ def export(
         proposal.load_cases,
         proposal.repeats,
         name=name or what.name,
-        home=None
-        if home is None
-        else what.coupling.to_model(home_values(home, what.robot)[None])[0],
+        home=_home(what, home),
         prebias=float(np.radians(prebias_deg)),
         prebias_sliding=prebias_mm / 1e3,
         settle=settle_s,
         speed=speed_percent / 100.0,
         digest=_digest(plan_file),
+        via=proposal.via,
     )
     settings = Settings(
         coupling=what.controller,
@@ -84,6 +84,15 @@ def export(
 
     show_program(program, to, coupled=settings.coupling is not None)
     print("wrote " + " and ".join(str(path) for path in files))
+
+
+def _home(study: Study, text: str | None) -> Array | None:
+    """Home as given; that of the study where motions are watched; else none."""
+    from elastocal.motion import watched
+
+    if text is not None:
+        return study.coupling.to_model(home_values(text, study.robot)[None])[0]
+    return study.pace.home if watched(study) else None
 
 
 def write_program(

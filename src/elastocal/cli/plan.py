@@ -139,7 +139,14 @@ def evaluate(
         studies[m] = wanted
         if key not in bounds:
             bounds[key] = bound(wanted, m, seed)
-        result = judge(wanted, proposal.load_cases, proposal.repeats, proposal.claims, bounds[key])
+        result = judge(
+            wanted,
+            proposal.load_cases,
+            proposal.repeats,
+            proposal.claims,
+            bounds[key],
+            proposal.via,
+        )
         results[name] = (m, len(proposal.repeats), result)
     rho0 = {}
     for m, wanted in studies.items() if random else ():
@@ -172,6 +179,8 @@ def _refuse(results: dict[str, Any]) -> None:
     for name, (_, _, result) in results.items():
         if result.assessment.violations:
             raise InfeasibleError(f"{name}: {result.assessment.violations[0]}")
+        if result.collisions:
+            raise InfeasibleError(f"{name}: {result.collisions[0]}")
         if result.unidentified:
             raise IdentifiabilityError(f"{name}: {result.unidentified[0]}")
         if result.objections:

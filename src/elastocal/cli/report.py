@@ -65,6 +65,7 @@ def report(
         criterion=what.criterion,
         seed=proposal.seed or 0,
         study=what,
+        via=proposal.via,
     )
     others = {}
     for path in vs or []:

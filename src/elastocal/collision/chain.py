@@ -6,7 +6,7 @@ capsules between its joints; that is coarse, and its thickness is a guess until 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -43,33 +43,34 @@ def robot_solids(robot: Robot, radius: float | Mapping[str, float] | None = None
         name = body_name(robot, body)
         start, end = _axis_of_link(robot, body)
         thick = by_name.get(name, usual)
-        if found and np.linalg.norm(end - start) < 1e-6 and thick <= found[-1].radius:
-            continue  # a joint at the place of the one before: the end of that link covers it
+        # A joint at the place of the one before: a ball that the end of that link covers. It is
+        # kept for what may touch that link but not the ball, as the upper arm and the wrist.
+        ball = bool(np.linalg.norm(end - start) < 1e-6)
+        covered = bool(found) and ball and thick <= found[-1].radius
+        if covered and found[-1].covered:
+            continue
         solid = capsule(name, body, start, end, thick)
-        found.append(replace(solid, joint=name))
+        found.append(replace(solid, joint=name, covered=covered))
     return found
 
 
-def tool_solids(robot: Robot, tool: Tool, radius: float, wrist: float) -> list[Solid]:
+def tool_solids(robot: Robot, tool: Tool, *, beyond: float = 0.0) -> list[Solid]:
     """Capsules from the flange to the load point and to every marker of a tool.
 
     Args:
         robot: The robot that carries it.
-        tool: The tool.
-        radius: Radius of the capsules [m].
-        wrist: Radius of a ball around the flange that is the robot's anyway [m]: the capsules
-            begin outside it, else they would always touch the forearm.
+        tool: The tool; `tool.radius` is theirs.
+        beyond: Distance from the flange at which they begin [m]; a shorter one is left out.
     """
-    body = len(robot.joints)
-    flange = robot.links[-1]
+    body, flange = len(robot.joints), robot.links[-1]
     points = np.unique(np.vstack([tool.load_point, tool.markers]), axis=0)
     found = []
     for point in points:
         length = float(np.linalg.norm(point))
-        start = min(1.0, (wrist + radius) / length) if wrist > 0.0 and length > 0.0 else 0.0
-        ends = [flange[:3, :3] @ (share * point) + flange[:3, 3] for share in (start, 1.0)]
-        if length > wrist:
-            found.append(capsule("tool", body, ends[0], ends[1], radius))
+        if length > beyond:
+            start = point * (beyond / length)
+            ends = [flange[:3, :3] @ end + flange[:3, 3] for end in (start, point)]
+            found.append(capsule("tool", body, ends[0], ends[1], tool.radius))
     return found
 
 
@@ -81,11 +82,6 @@ def body_name(robot: Robot, body: int) -> str:
 def chain_length(robot: Robot) -> float:
     """Length of the chain from joint to joint at rest [m]."""
     return float(np.linalg.norm(robot.links[:, :3, 3], axis=1).sum())
-
-
-def wrist_radius(solids: Sequence[Solid], robot: Robot) -> float:
-    """Radius of the capsule that ends at the flange [m]; 0 if the robot has its own shapes."""
-    return 0.0 if robot.collisions else solids[-1].radius
 
 
 def _axis_of_link(robot: Robot, body: int) -> tuple[Array, Array]:

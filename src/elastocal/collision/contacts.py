@@ -38,7 +38,11 @@ class LeftOut:
 
 
 def self_pairs(
-    robot: Robot, limits: Array, solids: Sequence[Solid], ignore: Sequence[tuple[str, str]]
+    robot: Robot,
+    limits: Array,
+    solids: Sequence[Solid],
+    ignore: Sequence[tuple[str, str]],
+    also: Sequence[tuple[Solid, Solid]] = (),
 ) -> tuple[Pairs, tuple[LeftOut, ...]]:
     """Pairs of solids of the robot itself, tool included, that are to be watched.
 
@@ -47,6 +51,7 @@ def self_pairs(
         limits: (2, n) joint limits in which random configurations are drawn [rad or m].
         solids: Solids of robot and tool.
         ignore: Pairs of names that the user leaves out.
+        also: Further pairs of a new solid and one of `solids`.
     """
     index: list[tuple[int, int]] = []
     left: dict[tuple[str, str], str] = {}
@@ -60,6 +65,11 @@ def self_pairs(
             left[a.name, b.name] = "neighbours"
         else:
             index.append((i, j) if a.body > b.body else (j, i))
+    solids = list(solids)
+    for new, known in also:
+        if not ignored(new, known, ignore):
+            index.append((len(solids), next(i for i, s in enumerate(solids) if s is known)))
+            solids.append(new)
     posture = _random_posture(robot, limits)
     kept = []
     for i, j in index:
@@ -69,7 +79,9 @@ def self_pairs(
         else:
             kept.append((i, j))
     # Of two bodies of several solids each, some pairs may be watched and some left out.
-    return Pairs(tuple(solids), tuple(kept)), tuple(LeftOut(*p, why) for p, why in left.items())
+    partly = {frozenset((solids[i].name, solids[j].name)) for i, j in kept}
+    left_out = [LeftOut(*p, why) for p, why in left.items() if frozenset(p) not in partly]
+    return Pairs(tuple(solids), tuple(kept)), tuple(left_out)
 
 
 def obstacle_pairs(

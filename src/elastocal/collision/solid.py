@@ -32,6 +32,7 @@ class Solid:
         box_pose: (4, 4) T_base_box [m].
         exact: Whether the segment with its radius, or the box, is the solid itself.
         vertices: (V, 3) corners of a hull in its own frame [m].
+        covered: Whether another solid of the robot covers it, so that obstacles need not see it.
         joint: Joint that moves it, by which it can be named too; "base"; empty for tool and cell.
     """
 
@@ -48,6 +49,7 @@ class Solid:
     box_pose: Array = field(default_factory=lambda: np.eye(4))
     vertices: Array = field(default_factory=unset)
     joint: str = ""
+    covered: bool = False
 
     def __post_init__(self) -> None:
         for name in ("size", "pose", "segment", "half", "box_pose", "vertices"):

@@ -45,13 +45,14 @@ def read_load_cases(entries: Any, robot: Robot, where: str) -> LoadCases:
         here = f"{where}, load case {i + 1}"
         if not isinstance(entry, dict):
             raise PlanFileError(f"{here}: expected a section of keys")
-        q[i] = _joints(entry, robot, here)
+        q[i] = configuration_at(entry, robot, here)
         wrench[i, :3] = _vector(entry.get("force_N"), f"{here}: force_N")
         wrench[i, 3:] = _vector(entry.get("torque_Nm", [0, 0, 0]), f"{here}: torque_Nm")
     return LoadCases(q, wrench)
 
 
-def _joints(entry: dict[str, Any], robot: Robot, where: str) -> Array:
+def configuration_at(entry: dict[str, Any], robot: Robot, where: str) -> Array:
+    """(n,) configuration of an entry with q_deg, and q_mm for joints that slide."""
     values = {}
     for key in ("q_deg", "q_mm"):
         section = entry.get(key, {})

@@ -16,6 +16,7 @@ from elastocal.robot import Robot, Tool, transform
 from elastocal.shapes import Shape
 
 _UNITS = {"mm": 1e-3, "m": 1.0, "inch": 0.0254}
+_ROOM_TO_LEAVE = 2.0  # [mm]
 _SHAPES = ("box_mm", "cylinder_mm", "capsule_mm", "sphere_radius_mm", "mesh")
 
 
@@ -62,6 +63,14 @@ def _rules(entry: CollisionFile, robot: Robot) -> CollisionRules:
         value = getattr(entry, key)
         if value is not None and value < 0.0:
             raise LocatedError(("collision", key), f"{key} must not be negative, found {value:g}")
+    moving = entry.margin_mm / 2.0 if entry.motion_margin_mm is None else entry.motion_margin_mm
+    if entry.margin_mm - moving < _ROOM_TO_LEAVE:
+        raise LocatedError(
+            ("collision", "margin_mm" if entry.motion_margin_mm is None else "motion_margin_mm"),
+            f"motions must keep at least {_ROOM_TO_LEAVE:g} mm less than poses, so that a pose at "
+            f"its margin can be left; found motion_margin_mm {moving:g}, margin_mm "
+            f"{entry.margin_mm:g}",
+        )
     radius = entry.link_radius_mm
     if radius is not None and robot.collisions:
         raise LocatedError(

@@ -18,6 +18,7 @@ from elastocal.io.compliance_units import unit_of
 from elastocal.io.done_section import done_section
 from elastocal.io.files import finite, write_text
 from elastocal.io.load_case_entries import columns, load_case_entries
+from elastocal.io.via_points import VIA, via_document
 from elastocal.planning import Plan
 from elastocal.robot import Robot
 from elastocal.study import Study
@@ -68,6 +69,7 @@ def plan_document(plan: Plan) -> dict[str, Any]:
         "experiments": plan.count,
         "free_joints": list(plan.free_joints),
         "load_cases": cases,
+        **via_document(robot, plan.via),
         "schedule": {
             "hours": times.hours,
             **{f"{what.replace(' ', '_')}_min": value for what, value in times.minutes.items()},
@@ -144,8 +146,13 @@ def write_run_sheet(plan: Plan, path: str | Path) -> None:
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow([*columns(robot), "repeats", "nearest constraint"])
-    for i in range(len(plan.load_cases)):
-        scale = robot.shown_scale
+    scale, count = robot.shown_scale, len(plan.load_cases)
+    for i in range(count + 1):
+        for q in plan.via[i] if plan.via else ():
+            passed = [f"{value:.4f}" for value in scale * q]
+            writer.writerow([VIA, *passed, *["0"] * 6, 0, "passed without stopping"])
+        if i == count:
+            break
         joints = [f"{value:.4f}" for value in scale * plan.load_cases.q[i]]
         loads = [f"{value + 0.0:.9g}" for value in plan.load_cases.wrench[i]]
         near = plan.assessment.nearest[i].name

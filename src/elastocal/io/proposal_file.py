@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from elastocal.arrays import IntArray
+from elastocal.arrays import Array, IntArray
 from elastocal.errors import PlanFileError
 from elastocal.io.done_section import read_done
 from elastocal.io.files import read_text
 from elastocal.io.load_case_entries import LARGEST, columns, finite_at, read_load_cases
+from elastocal.io.via_points import VIA, read_via, split_via
 from elastocal.load_case import LoadCases
 from elastocal.robot import Robot
 from elastocal.study import Done, Study
@@ -36,6 +37,7 @@ class Proposal:
         seed: Seed of the search, None if not said.
         robot_hash: Hash of the robot file it was made with, empty if not said.
         done: What was measured before it, None if nothing.
+        via: Configurations passed on the way, see `motion.Vias`; empty if there are none.
     """
 
     name: str
@@ -47,6 +49,7 @@ class Proposal:
     seed: int | None = None
     robot_hash: str = ""
     done: Done | None = None
+    via: tuple[Array, ...] = ()
 
 
 def read_proposal(path: str | Path, study: Study) -> Proposal:
@@ -128,6 +131,7 @@ def _read_json(text: str, path: Path, robot: Robot) -> Proposal:
         seed if isinstance(seed, int) else None,
         str(origin.get("robot_sha256", "")),
         read_done(document["after"], robot, f"{path}: after") if "after" in document else None,
+        read_via(document.get("via", []), robot, len(cases), str(path)),
     )
 
 
@@ -167,15 +171,24 @@ def _read_csv(text: str, path: Path, robot: Robot) -> Proposal:
                 table[i, j] = _cell(cell, where)
     n = len(robot.joints)
     scale = np.where(robot.prismatic, 1e-3, np.pi / 180.0)
+    first = header.index("configuration") if "configuration" in header else None
+    passed = np.array(
+        [first is not None and row[first].strip().lower() == VIA for _, row in rows[1:]]
+    )
     repeats = table[:, -1]
     for i, (number, _) in enumerate(rows[1:]):
-        if repeats[i] != round(repeats[i]) or not 1 <= repeats[i] <= 1_000_000:
+        whole = repeats[i] == round(repeats[i]) and 1 <= repeats[i] <= 1_000_000
+        if not whole and not passed[i]:
             raise PlanFileError(
                 f"{path}, line {number}: repeats must be a whole number from 1, "
                 f"found {repeats[i]:g}"
             )
-    cases = LoadCases(table[:, :n] * scale, table[:, n : n + 6])
-    return Proposal(path.name, cases, repeats.astype(np.int64))
+    if passed.all():
+        raise PlanFileError(f"{path}: expected at least one configuration that is measured")
+    q, stops = table[:, :n] * scale, ~passed
+    cases = LoadCases(q[stops], table[stops, n : n + 6])
+    via = split_via(q[passed], np.cumsum(stops)[passed], len(cases))
+    return Proposal(path.name, cases, repeats[stops].astype(np.int64), via=via)
 
 
 def _cell(cell: str, where: str) -> float:

@@ -62,7 +62,13 @@ def _run_sheet(robot: Robot, plan: Plan) -> Table:
         table.add_column("torque N·m", justify="right")
     table.add_column("repeat", justify="right")
     scale = robot.shown_scale
-    for i, q in enumerate(plan.load_cases.q):
+    blank = [""] * (0 if common else 1 + int(wrench[:, 3:].any()))
+    for i in range(len(plan.load_cases) + 1):
+        for passed in plan.via[i] if plan.via else ():
+            table.add_row("via", *(f"{v + 0.0:.2f}" for v in scale * passed), *blank, "")
+        if i == len(plan.load_cases):
+            break
+        q = plan.load_cases.q[i]
         cells = [str(i + 1), *(f"{v + 0.0:.2f}" for v in scale * q)]
         if not common:
             cells.append(numbers(wrench[i, :3]))
