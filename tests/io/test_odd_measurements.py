@@ -144,6 +144,13 @@ ODD: dict[str, tuple[bytes | str, list[str]]] = {
         ["1 readings are left out", "counterpart is marked invalid", "line 5"]),
     "rest of a sensor": (
         STATES.replace(",0,0,0,", ",0,0,-3,"), ["unloaded rows are not zero (up to 3 N)"]),
+    "row commented out": (
+        GOOD.replace("2,M1,", "#REF!,M1,"), ["line 4", "begins with #", "left out", "(1 such"]),
+    "unknown uncertainty": (
+        GOOD.replace("u [mm]", "U(95) [mm]"),
+        ["'U(95) [mm]' looks like an uncertainty", "not used"]),
+    "moments by another name": (
+        GOOD.replace("u [mm]", "Mz [N.m]"), ["column 'Mz [N.m]' looks like a torque"]),
     "no UTF-8": (
         GOOD.replace("3,M", "Höhe,M").encode("cp1252"), ["read as Windows-1252", "ö"]),
 }  # fmt: skip

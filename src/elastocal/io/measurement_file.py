@@ -33,7 +33,7 @@ from elastocal.io.measurements.mapped import completed, mapped_columns
 from elastocal.io.measurements.mapping import FieldMapping, read_mapping
 from elastocal.io.measurements.readings import Readings, deflections, differences, markers
 from elastocal.io.measurements.selection import chosen_word, usable
-from elastocal.io.measurements.suspicious import remarks
+from elastocal.io.measurements.suspicious import remarks, unused
 from elastocal.io.measurements.table import Table, combined, kept
 from elastocal.io.measurements.uncertainty import kind_of_uncertainty, matrices
 from elastocal.io.measurements.writing import write_measurements
@@ -85,6 +85,7 @@ def read_measurements(
     found = _measurements(table, study, foreign)
     odd = [file.remark for file in files if file.remark]
     odd += [t.remark for t in tables if t.remark]
+    odd += () if foreign else unused(_free(tables, columns))
     return replace(
         found,
         source=", ".join(map(str, paths)) + (f" through {foreign.path}" if foreign else ""),
@@ -117,12 +118,7 @@ def _check_columns(
         found |= {"marker"} if mapping.markers else set()
     several = len(tables) > 1 and not all(set(c) == set(columns[0]) for c in columns)
     where = ", ".join(str(t.file.path) for t in tables) if several else _header_of(tables[0])
-    free = [
-        name
-        for table, some in zip(tables, columns, strict=True)
-        for i, name in enumerate(table.header)
-        if name and i not in {column.index for column in some.values()}
-    ]
+    free = _free(tables, columns)
     for twice, why in (
         ((MASS, *FORCES), "a hanging mass and a force exclude each other"),
         (("state", *DEFLECTIONS), "a deflection has no state, it is loaded minus unloaded"),
@@ -145,6 +141,16 @@ def _check_columns(
             )
         raise MeasurementFileError(f"{where}: {problem}")
     kind_of_uncertainty(found, where)
+
+
+def _free(tables: Sequence[Layout], columns: Sequence[dict[str, Column]]) -> list[str]:
+    """Headers without a meaning."""
+    return [
+        name
+        for table, some in zip(tables, columns, strict=True)
+        for i, name in enumerate(table.header)
+        if name and i not in {column.index for column in some.values()}
+    ]
 
 
 def _measurements(table: Table, study: Study, mapping: FieldMapping | None) -> Measurements:

@@ -50,7 +50,7 @@ class Layout:
         delimiter: Between cells.
         header: Names of the columns, as written, single spaces; numbers if there is no header.
         first: Index of the first line of data in `lines`.
-        remark: What is odd about its end, empty if nothing is.
+        remark: What is odd about comments and the end, empty if nothing is.
     """
 
     file: FileText
@@ -122,7 +122,7 @@ def layout(file: FileText, style: Style) -> Layout:
         lines[i] = ""
     comments = "#" in file.text
     if comments:
-        lines = ["" if line.lstrip().startswith("#") else line for line in lines]
+        lines = ["" if _is_comment(line) else line for line in lines]
     first = next((i for i, line in enumerate(lines) if line.strip(" \t,;|\"'")), None)
     if first is None:
         raise MeasurementFileError(f"{file.path}: no table in it, only comments or blank lines")
@@ -146,13 +146,36 @@ def layout(file: FileText, style: Style) -> Layout:
         )
     if not any(line.strip(" \t,;|\"'") for line in lines[first + 1 :]):
         raise MeasurementFileError(f"{file.path}: there is a header, but no row of data below it")
-    remark = ""
+    remark = "; ".join(_oddities(file, lines, delimiter, len(cells), first))
+    return Layout(file, lines, delimiter, tuple(cells), first + 1, remark)
+
+
+def _is_comment(line: str) -> bool:
+    return line.lstrip().startswith("#")
+
+
+def _oddities(
+    file: FileText, lines: list[str], delimiter: str, width: int, first: int
+) -> Iterator[str]:
+    """What is odd about rows that are commented out, and about the end."""
+    if "#" in file.text and width > 1:
+        original = file.text.split("\n")
+        rows = [
+            i
+            for i in range(first + 1, len(lines))
+            if not lines[i] and original[i].count(delimiter) >= width - 1
+            if _is_comment(original[i])
+        ]
+        if rows:
+            yield (
+                f"{file.path.name}, line {rows[0] + 1}: what begins with # is left out "
+                f"as a comment, but has the cells of a row ({len(rows)} such lines)"
+            )
     if lines[-1] != "" and len(lines) > first + 2:
-        remark = (
+        yield (
             f"{file.path.name}, line {len(lines)}: the last line has no line end: is its last "
             "number complete?"
         )
-    return Layout(file, lines, delimiter, tuple(cells), first + 1, remark)
 
 
 def _check_version(file: FileText, lines: list[str]) -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
 from elastocal.arrays import Array, BoolArray
+from elastocal.io.measurements.units import factor, split_header
 from elastocal.measurement import Measurements
 from elastocal.study import Study
 
@@ -29,6 +31,24 @@ def remarks(found: Measurements, study: Study, units: dict[str, str]) -> tuple[s
         *_deflections(found),
         *_counts(found, study),
     )
+
+
+def unused(headers: Sequence[str]) -> tuple[str, ...]:
+    """A sentence on columns that are not used although they look as if they should be."""
+    looks = {
+        name: kind for name in headers if (kind := _looks_like(*split_header(name))) is not None
+    }
+    return tuple(
+        f"column {name!r} looks like {kind} but is not used; its name means nothing here"
+        for name, kind in looks.items()
+    )
+
+
+def _looks_like(name: str, unit: str | None) -> str | None:
+    if re.match(r"u ?\(|u_|sigma|std|uncert", name.lower()):
+        return "an uncertainty"
+    kinds = {"force": "a force", "torque": "a torque", "mass": "a load"}
+    return next((w for kind, w in kinds.items() if unit and factor(unit, kind) is not None), None)
 
 
 def _joints(found: Measurements, study: Study, units: dict[str, str]) -> Iterator[str]:

@@ -68,4 +68,6 @@ def _noise_columns(m: Measurements) -> tuple[list[str], Array]:
 def _quoted(name: str) -> str:
     out = io.StringIO()
     csv.writer(out, lineterminator="").writerow([name])
-    return out.getvalue()
+    written = out.getvalue()
+    # A name that begins with # would make its row a comment.
+    return f'"{written}"' if written.startswith("#") else written
