@@ -27,6 +27,7 @@ class Card:
         loads: Lines about force and torque.
         at: Where the load point is then, in the base frame.
         experiments: Running numbers of the repeats.
+        passed: Lines with the joint values to pass without stopping on the way there.
     """
 
     number: int
@@ -35,6 +36,7 @@ class Card:
     loads: tuple[str, ...]
     at: str
     experiments: tuple[int, ...]
+    passed: tuple[str, ...] = ()
 
 
 def run_sheet(plan: Plan, stage: Stage) -> list[Card]:
@@ -56,10 +58,28 @@ def run_sheet(plan: Plan, stage: Stage) -> list[Card]:
                 loads=tuple(_loads(plan, i)),
                 at=f"{vector(1e3 * figure.skeleton.load_point, 1)} mm",
                 experiments=tuple(range(done + 1, done + repeats + 1)),
+                passed=tuple(_passed(plan, i)),
             )
         )
         done += repeats
     return cards
+
+
+def _passed(plan: Plan, i: int) -> list[str]:
+    """Via points before configuration `i`, from 0; the last `i` is the way home."""
+    return [
+        ", ".join(
+            f"{joint.name} {joint_value(float(value), joint.prismatic)} "
+            f"{joint_unit(joint.prismatic)}"
+            for joint, value in zip(plan.study.robot.joints, q, strict=True)
+        )
+        for q in (plan.via[i] if plan.via else ())
+    ]
+
+
+def way_home(plan: Plan) -> list[str]:
+    """Lines with the joint values to pass on the way home."""
+    return _passed(plan, len(plan.load_cases))
 
 
 def _loads(plan: Plan, i: int) -> list[str]:

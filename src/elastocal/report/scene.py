@@ -167,7 +167,8 @@ def _names(skeleton: Skeleton, names: tuple[str, ...], size: float, group: int) 
 def _surface(surface: Surface, role: str, group: int) -> list[Trace]:
     """A limit: translucent, with its outline and its name."""
     body = _mesh(surface.solid, COLOURS["muted"], role, group)
-    traces = [_lines(list(surface.outlines), COLOURS["faint"], role, group, 2)]
+    lines = list(surface.outlines)
+    traces = [_lines(lines, COLOURS["faint"], role, group, 2)] if lines else []
     traces.append(
         _text(
             surface.label[None],
@@ -180,7 +181,7 @@ def _surface(surface: Surface, role: str, group: int) -> list[Trace]:
         )
     )
     if body is not None:
-        body |= {"opacity": 0.13, "lighting": {"ambient": 1.0, "diffuse": 0.0}}
+        body |= {"opacity": surface.opacity, "lighting": {"ambient": 1.0, "diffuse": 0.0}}
         traces.append(body)
     return traces
 

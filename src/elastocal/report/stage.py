@@ -11,12 +11,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.arrays import Array
+from elastocal.constraints import Clearance
 from elastocal.load_case import LoadCases
 from elastocal.planning import Plan
+from elastocal.report.obstacles import corners
 from elastocal.report.skeleton import Skeleton, skeletons
 from elastocal.report.units import plain
 from elastocal.robot import Robot, Tool
 
+_HALL = 1.1  # farthest that obstacles are drawn, over the size of the robot
 _ARROW = 0.22  # longest arrow over the size of the robot
 
 
@@ -93,7 +96,10 @@ def stage(plan: Plan) -> Stage:
     tests: list[Figure] = []
     for (pose, _, case), skeleton in zip(drawn, tested, strict=True):
         tests += _figures([skeleton], case, [pose.name], size)
-    return boxed(planned, tuple(tests), peaks)
+    watched = [c for c in plan.study.constraints if isinstance(c, Clearance)]
+    things = np.vstack([np.zeros((1, 3)), *(corners(c) for c in watched)])
+    # A hall around the cell must not make the robot small: it is cut off.
+    return boxed(planned, tuple(tests), peaks, np.clip(things, -_HALL * size, _HALL * size))
 
 
 def posed(robot: Robot, tool: Tool, cases: LoadCases, labels: list[str]) -> tuple[Figure, ...]:

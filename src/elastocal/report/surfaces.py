@@ -11,12 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.constraints import Constraint, Elevation, HalfSpace, MinRadius, Tilt
+from elastocal.constraints import Clearance, Constraint, Elevation, HalfSpace, MinRadius, Tilt
 from elastocal.posture import Posture
+from elastocal.report.obstacles import OPACITY, solid_of, top_of
 from elastocal.report.solids import Solid, circle
 from elastocal.report.stage import Stage
 
-WALLS = (HalfSpace, MinRadius)
+WALLS = (HalfSpace, MinRadius, Clearance)
 APERTURES = (Elevation, Tilt)
 
 
@@ -29,12 +30,14 @@ class Surface:
         solid: What is translucent [m].
         outlines: Polylines (., 3) [m].
         label: (3,) where the name is written [m].
+        opacity: How much of what is behind it is hidden.
     """
 
     name: str
     solid: Solid
     outlines: tuple[Array, ...]
     label: Array
+    opacity: float = 0.13
 
 
 def wall(constraint: Constraint, stage: Stage) -> Surface | None:
@@ -43,6 +46,9 @@ def wall(constraint: Constraint, stage: Stage) -> Surface | None:
         return _plane(constraint, stage)
     if isinstance(constraint, MinRadius):
         return _cylinder(constraint, stage)
+    if isinstance(constraint, Clearance) and constraint.obstacle is not None:
+        solid, outlines = solid_of(constraint.obstacle)
+        return Surface(constraint.what, solid, outlines, top_of(solid), OPACITY)
     return None
 
 

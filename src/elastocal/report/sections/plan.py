@@ -23,7 +23,7 @@ from elastocal.report.charts.ranges import range_chart
 from elastocal.report.contents import Contents
 from elastocal.report.layout import two_widths
 from elastocal.report.picture import group, portrait
-from elastocal.report.run_sheet import run_sheet, tool_points
+from elastocal.report.run_sheet import run_sheet, tool_points, way_home
 from elastocal.report.scene import scene
 from elastocal.report.section import Part, Section
 from elastocal.report.stage import Figure, Stage, stage
@@ -43,7 +43,12 @@ def plan_part(contents: Contents, *, alone: bool) -> Part | None:
         "ranges": two_widths(lambda width: range_chart(plan, width)),
         "margins": tables.margins(plan),
     }
-    sheet = {**about, "cards": run_sheet(plan, drawn), "tool_points": tool_points(plan)}
+    sheet = {
+        **about,
+        "cards": run_sheet(plan, drawn),
+        "tool_points": tool_points(plan),
+        "way_home": way_home(plan),
+    }
     top = {**about, "verdict": said, "alone": alone}
     top["picture"] = group(drawn.planned, drawn.tests, drawn, 360.0)
     sections = [
