@@ -6,16 +6,20 @@ on numbers that look like another unit. Nothing is guessed or corrected.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from elastocal.arrays import Array
 from elastocal.constraints import Clearance, margins_at
 from elastocal.errors import ElastocalError, InputError
 from elastocal.identifiability import check_count, check_identifiable
 from elastocal.known_pose import PoseCheck, check_known_poses
+from elastocal.load_case import LoadCases
 from elastocal.posture import Posture
 from elastocal.study import Study
+from elastocal.visibility import visibility
 
 
 @dataclass(frozen=True)
@@ -30,6 +34,8 @@ class Checkup:
         remarks: Sentences on what looks odd.
         poses: How well the model fits poses read off at the robot, None if there are none.
         unwatched: Sentences on what may touch what, because it is not watched.
+        seen: Share of random configurations in which the tracker sees each marker; empty if the
+            instrument is no tracker.
     """
 
     reach: float
@@ -39,6 +45,7 @@ class Checkup:
     remarks: tuple[str, ...]
     poses: PoseCheck | None = None
     unwatched: tuple[str, ...] = ()
+    seen: Mapping[str, float] = field(default_factory=dict)
 
 
 def check(study: Study, *, seed: int = 0) -> Checkup:
@@ -64,7 +71,19 @@ def check(study: Study, *, seed: int = 0) -> Checkup:
         poses = check_known_poses(study.robot, study.coupling, study.known_poses)
         problem = problem if poses.fits else _misfit(poses)
     remarks = (*study.robot.remarks, *_remarks(study, reach))
-    return Checkup(reach, share, bottleneck, problem, remarks, poses, _unwatched(study))
+    return Checkup(
+        reach, share, bottleneck, problem, remarks, poses, _unwatched(study), _seen(study, q)
+    )
+
+
+def _seen(study: Study, q: Array) -> dict[str, float]:
+    """Share of the configurations `q` in which each marker is seen."""
+    view = visibility(study, LoadCases(q, np.zeros((len(q), 6))))
+    if view is None:
+        return {}
+    return {
+        name: float(seen.mean()) for name, seen in zip(view.markers, view.seen, strict=True)
+    }
 
 
 def _misfit(poses: PoseCheck) -> InputError:

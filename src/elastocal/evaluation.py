@@ -18,6 +18,7 @@ from elastocal.identifiability import unidentifiable
 from elastocal.load_case import LoadCases
 from elastocal.motion import Vias, motion_violations
 from elastocal.study import Study, with_count
+from elastocal.visibility import Visibility, visibility
 
 _AGREE = 1e-4  # claims may differ by this share: a run sheet rounds its angles
 _BOUNDS_AGREE = 1e-3  # two numerical bounds of the same problem
@@ -34,6 +35,7 @@ class Evaluation:
         unidentified: One sentence for every combination of compliances it leaves open.
         collisions: One sentence for every motion between configurations that is not allowed;
             objections, too.
+        view: What the tracker sees in every configuration; None if there is no tracker.
     """
 
     assessment: Assessment
@@ -41,6 +43,7 @@ class Evaluation:
     objections: tuple[str, ...]
     unidentified: tuple[str, ...]
     collisions: tuple[str, ...] = ()
+    view: Visibility | None = None
 
     @property
     def accepted(self) -> bool:
@@ -74,7 +77,8 @@ def evaluate(
     open_ends = tuple(unidentifiable(study.springs.names, worth.information))
     collisions = motion_violations(study, cases.q, via)
     objections = [*worth.violations, *collisions, *_false_claims(study, worth, proof, claims)]
-    return Evaluation(worth, proof, tuple(objections), open_ends, collisions)
+    view = visibility(study, cases)
+    return Evaluation(worth, proof, tuple(objections), open_ends, collisions, view)
 
 
 def _false_claims(

@@ -10,12 +10,17 @@ import pytest
 from elastocal import constraints
 from elastocal.cell import CollisionRules, clearances
 from elastocal.constraints import (
+    AcceptanceCone,
+    BeamRange,
     Clearance,
     Constraint,
     Distinct,
     Elevation,
     HalfSpace,
+    HeadAzimuth,
+    HeadElevation,
     JointLimit,
+    LineOfSight,
     MinRadius,
     Tilt,
 )
@@ -53,6 +58,26 @@ def cell() -> tuple[Clearance, ...]:
 
 
 CONSTRAINTS |= {constraint.name: constraint for constraint in cell()}
+
+TRACKER = np.array([3.2, -0.8, 1.3])
+
+
+def sight() -> LineOfSight:
+    """Past everything in the cell above, and what the robot has of itself."""
+    solids = {id(s): s for c in cell() for s in c.pairs.solids}
+    robot = kuka_kr270()
+    return LineOfSight("line of sight", "M1", POINT, TRACKER, list(solids.values()), robot)
+
+
+CONSTRAINTS |= {
+    "range, least": BeamRange("range", "M1", POINT, TRACKER, 1.0, upper=False),
+    "range, largest": BeamRange("range", "M1", POINT, TRACKER, 4.0, upper=True),
+    "acceptance": AcceptanceCone("acceptance", "M1", POINT, TRACKER, [1.0, 0.2, -0.4], 0.6),
+    "head elevation": HeadElevation("elevation", "M1", POINT, TRACKER, 0.7, upper=True),
+    "head elevation, least": HeadElevation("elevation", "M1", POINT, TRACKER, -0.5, upper=False),
+    "head azimuth": HeadAzimuth("azimuth", "M1", POINT, TRACKER, 2.0, 4.0),
+    "line of sight": sight(),
+}
 
 
 def configurations(count: int) -> np.ndarray:

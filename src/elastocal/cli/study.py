@@ -74,6 +74,7 @@ def check(
             {
                 "reach_mm": 1e3 * found.reach,
                 "feasible_share": found.feasible_share,
+                "seen_share": dict(found.seen),
                 "bottleneck": found.bottleneck,
                 "remarks": list(found.remarks),
                 "check_poses": _pose_deviations(what, found),

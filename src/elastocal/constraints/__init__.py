@@ -4,16 +4,23 @@ from elastocal.constraints.base import Constraint, describe, margins_at
 from elastocal.constraints.clearance import Clearance
 from elastocal.constraints.distinct import Distinct
 from elastocal.constraints.joint_limit import JointLimit
+from elastocal.constraints.line_of_sight import LineOfSight
 from elastocal.constraints.orientation import Elevation, Tilt
+from elastocal.constraints.view import AcceptanceCone, BeamRange, HeadAzimuth, HeadElevation
 from elastocal.constraints.workspace import HalfSpace, MinRadius
 
 __all__ = [
+    "AcceptanceCone",
+    "BeamRange",
     "Clearance",
     "Constraint",
     "Distinct",
     "Elevation",
     "HalfSpace",
+    "HeadAzimuth",
+    "HeadElevation",
     "JointLimit",
+    "LineOfSight",
     "MinRadius",
     "Tilt",
     "describe",

@@ -30,6 +30,7 @@ from elastocal.io.schema import (
     validate,
 )
 from elastocal.io.spring_section import extra_springs
+from elastocal.io.view_section import view_of
 from elastocal.io.yaml_lines import Located, LocatedError, Path_, parse
 from elastocal.known_pose import refuse_too_few
 from elastocal.load_case import LoadCases
@@ -103,6 +104,13 @@ class _Reader:
         constraints += self._at(
             ("constraints",),
             lambda: clearances_of(file.constraints, robot, experiments.tool, limits, folder),
+        )
+        reflectors = file.tools.get(experiments.tool.name)
+        tracker, others = file.instrument.tracker, constraints
+        constraints += self._at(
+            (),
+            lambda: view_of(robot, experiments.tool, reflectors, tracker, others),
+            ("instrument",),
         )
         pace = self._at((), lambda: pace_of(file.motion, file.campaign, robot, limits), ("motion",))
         study = self._at(

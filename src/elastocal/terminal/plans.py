@@ -17,6 +17,7 @@ from elastocal.planning import Plan
 from elastocal.robot import Robot
 from elastocal.schedule import Schedule
 from elastocal.study import Study
+from elastocal.visibility import Visibility, visibility
 from elastocal.terminal.console import micrometres, numbers, out, whole
 
 
@@ -35,6 +36,7 @@ def show_plan(plan: Plan) -> None:
         )
     if plan.free_joints:
         out.print(Text(f"{', '.join(plan.free_joints)}: free, set as the cell requires."))
+    show_view(visibility(plan.study, plan.load_cases))
     out.print(_errors(plan.study, {"standard error": worth.standard_error}))
     out.print(
         f"ρ0 = [bold]{micrometres(worth.rho0)}[/bold]: root mean square position error "
@@ -131,6 +133,27 @@ def certificate_sentence(certificate: Certificate, count: int) -> str:
     return sentence
 
 
+def show_view(view: Visibility | None, plan: str = "") -> None:
+    """Which marker the tracker sees in which configuration; nothing if there is no tracker."""
+    if view is None:
+        return
+    title = "What the tracker sees" + (f" in {plan}" if plan else "")
+    table = Table(title=Text(title), title_justify="left", box=box.SIMPLE_HEAD)
+    for column in ("#", "marker", "range m", "off its axis °", "seen"):
+        table.add_column(column, justify="left" if column in ("marker", "seen") else "right")
+    for i in range(view.seen.shape[1]):
+        for k, marker in enumerate(view.markers):
+            angle = np.degrees(view.incidence[k, i])
+            table.add_row(
+                str(i + 1),
+                Text(marker),
+                f"{view.range[k, i]:.3f}",
+                f"{angle:.1f}" if np.isfinite(angle) else "–",
+                "yes" if view.seen[k, i] else Text(f"no: {view.broken[k][i]}", "red"),
+            )
+    whole(table)
+
+
 def duration_sentence(times: Schedule) -> str:
     """How long a plan takes, and with what."""
     parts = [f"{minutes:.3g} min {what}" for what, minutes in times.minutes.items()]
@@ -168,6 +191,7 @@ def show_evaluations(
     errors = {name: result.assessment.standard_error for name, (_, _, result) in results.items()}
     out.print(_errors(study, errors))
     for name, (_, _, result) in results.items():
+        show_view(result.view, name)
         for sentence in (*result.objections, *result.unidentified):
             out.print(Text(f"{name}: {sentence}", "red"))
     for m, rho0 in random.items():

@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from elastocal.checkup import Checkup
+from elastocal.instrument import Instrument, LaserTracker
 from elastocal.loads import FixedVector, FreeDirection, Load
 from elastocal.study import Study
 from elastocal.terminal.console import numbers, out
@@ -47,7 +48,7 @@ def show_check(study: Study, found: Checkup) -> None:
     least = f", at most {e.max_configurations} configurations" if e.max_configurations else ""
     out.print(
         f"{e.count} experiments{least}; criterion {study.criterion}; "
-        f"σ = {1e3 * study.sigma:g} mm per coordinate"
+        f"{instrument_phrase(study.instrument)}"
     )
     out.print(
         f"The load point reaches {found.reach:.3f} m from the base; "
@@ -55,12 +56,28 @@ def show_check(study: Study, found: Checkup) -> None:
         + (f", most are refused by: {escape(found.bottleneck)}" if found.bottleneck else "")
     )
     _show_known_poses(study, found)
+    for marker, share in found.seen.items():
+        out.print(
+            Text(f"The tracker sees {marker} in {100 * share:.3g} % of random configurations")
+        )
     for sentence in found.unwatched:
         out.print(Text(f"Contact not watched, {sentence}."))
     for remark in found.remarks:
         out.print(Text(f"Note: {remark}.", style="yellow"))
     if found.problem is None:
         out.print(f"[green]Identifiable:[/green] {escape(', '.join(study.springs.names))}")
+
+
+def instrument_phrase(instrument: Instrument) -> str:
+    """How well is measured, in a few words."""
+    if not isinstance(instrument, LaserTracker):
+        return f"σ = {1e3 * instrument.sigma:g} mm per coordinate"
+    along, across = instrument.deviations(np.array(instrument.typical_range))
+    return (
+        f"tracker at {numbers(1e3 * instrument.position)} mm; of one reading at "
+        f"{instrument.typical_range:g} m σ = {1e6 * along:.3g} µm along and "
+        f"{1e6 * across:.3g} µm across the beam"
+    )
 
 
 def _show_known_poses(study: Study, found: Checkup) -> None:

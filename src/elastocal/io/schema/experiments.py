@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from elastocal.io.schema.values import Count, Name, Number, Positive, Section, Vector
+from elastocal.io.schema.values import Count, Name, Number, Positive, Range, Section, Vector
 
 
 class TestPoseFile(Section):
@@ -55,6 +55,11 @@ class TrackerFile(Section):
     along_um_per_m: Number | None = None
     across_um: Positive | None = None
     across_um_per_m: Number | None = None
+    range_mm: Range | None = None
+    elevation_deg: Range | None = None
+    azimuth_deg: Range | None = None
+    line_of_sight: bool = True
+    beam_radius_mm: Positive = 10.0
 
 
 class InstrumentFile(Section):

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from elastocal.io.schema.values import Name, Number, Positive, Range, Section, Vector
+from elastocal.io.schema.values import Axis, Name, Number, Positive, Range, Section, Vector
 
 
 class DHRowFile(Section):
@@ -65,6 +65,8 @@ class ToolFile(Section):
     tcp_mm: Vector | None = None
     load_point_mm: Vector | None = None
     markers_mm: dict[Name, Vector] | None = None
+    marker_axes: dict[Name, Axis] | None = None
+    acceptance_deg: Positive | dict[Name, Positive] | None = None
     radius_mm: Positive = 30.0
 
 
