@@ -81,9 +81,7 @@ def _seen(study: Study, q: Array) -> dict[str, float]:
     view = visibility(study, LoadCases(q, np.zeros((len(q), 6))))
     if view is None:
         return {}
-    return {
-        name: float(seen.mean()) for name, seen in zip(view.markers, view.seen, strict=True)
-    }
+    return {name: float(seen.mean()) for name, seen in zip(view.markers, view.seen, strict=True)}
 
 
 def _misfit(poses: PoseCheck) -> InputError:

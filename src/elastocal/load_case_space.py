@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastocal.arrays import Array
+from elastocal.arrays import Array, BoolArray
 from elastocal.constraints import Constraint, describe, margins_at
 from elastocal.design.oracle import restore
 from elastocal.elastostatics import Regressor, VirtualJoints
@@ -110,7 +110,7 @@ class LoadCaseSpace:
         while total < count and not (tried >= _ENOUGH_TRIED and total < _THIN * tried):
             drawn = min(20000, max(256, 4 * (count - total)))
             x = self._draw(drawn, rng)
-            x = x[(self._configuration_margins(x) >= 0.0).all(axis=1)]
+            x = x[self._feasible(x)]
             found.append(x)
             total, tried = total + len(x), tried + drawn
         if total < count:
@@ -120,7 +120,7 @@ class LoadCaseSpace:
     def _sample_thin(self, count: int, known: Array, rng: np.random.Generator) -> Array:
         """(count, d) points of a thin feasible set: random points restored, then stirred."""
         restored = restore(self, self._draw(max(2 * count, 1000), rng))
-        feasible = (self._configuration_margins(restored) >= 0.0).all(axis=1)
+        feasible = self._feasible(restored)
         pool = np.concatenate([restored[feasible], known])
         if not len(pool):
             self._raise_infeasible(restored)
@@ -131,7 +131,7 @@ class LoadCaseSpace:
         for share in (0.1, 0.03, 0.01):  # from the borders inward, at several scales
             step = share * (self.upper - self.lower) * rng.normal(size=half.shape)
             moved = np.clip(half + step, self.lower, self.upper)
-            inside = (self._configuration_margins(moved) >= 0.0).all(axis=1)
+            inside = self._feasible(moved)
             half[inside] = moved[inside]
         return pool
 
@@ -161,6 +161,24 @@ class LoadCaseSpace:
             "joint limits"
         )
 
+    def _feasible(self, x: Array) -> BoolArray:
+        """(N,) which design points hold all constraints; the costly ones are asked last."""
+        n = len(self.robot.joints)
+        left = np.arange(len(x))
+        for costly in (False, True):
+            asked = [c for c in self.constraints if c.costly == costly]
+            if not asked:
+                continue
+            kept = []
+            for start in range(0, len(left), _CHUNK):
+                part = left[start : start + _CHUNK]
+                room = margins_at(asked, Posture(self.robot, x[part, :n]))
+                kept.append(part[(room >= 0.0).all(axis=0)])
+            left = np.concatenate(kept) if kept else left
+        feasible = np.zeros(len(x), dtype=bool)
+        feasible[left] = True
+        return feasible
+
     def _configuration_margins(self, x: Array) -> Array:
         n = len(self.robot.joints)
         if not self.constraints:
@@ -177,7 +195,7 @@ class LoadCaseSpace:
         return np.concatenate([self.force.decode(x.T[n : n + k]), self.moment.decode(x.T[n + k :])])
 
 
-_ENOUGH_TRIED = 300_000  # random points before rejection is given up ...
+_ENOUGH_TRIED = 100_000  # random points before rejection is given up ...
 _THIN = 0.003  # ... if fewer than this share are feasible
 
 
@@ -232,11 +250,7 @@ class _Part:
 
     def pull(self, block_cotangent: Array, margin_cotangent: Array) -> Array:
         n, k = len(self.space.robot.joints), self.space.force.variables
-        cotangent = np.ascontiguousarray(block_cotangent.transpose(1, 2, 0))
-        rows_bar, points_bar = self.unwhiten(cotangent)
-        q_bar, wrench_bar = self.regressor.pull(rows_bar)
-        for point, bar in zip(self.markers, points_bar or (), strict=False):
-            q_bar += self.posture.pull_point(point, bar)
+        q_bar, wrench_bar = self._pull_rows(block_cotangent)
         for pull, weight in zip(self.pulls, margin_cotangent.T, strict=False):
             if weight.any():
                 q_bar += pull(weight)
@@ -255,3 +269,14 @@ class _Part:
         ):
             gradient[start : start + 3] += slope * weight
         return gradient.T
+
+    def _pull_rows(self, block_cotangent: Array) -> tuple[Array, Array]:
+        """(n, N) gradient in q and (6, N) in the wrench of a gradient in `blocks`."""
+        if not block_cotangent.any():  # restoring asks for margins alone
+            return np.zeros_like(self.posture.q), np.zeros_like(self.wrench)
+        cotangent = np.ascontiguousarray(block_cotangent.transpose(1, 2, 0))
+        rows_bar, points_bar = self.unwhiten(cotangent)
+        q_bar, wrench_bar = self.regressor.pull(rows_bar)
+        for point, bar in zip(self.markers, points_bar or (), strict=False):
+            q_bar += self.posture.pull_point(point, bar)
+        return q_bar, wrench_bar

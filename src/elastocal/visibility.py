@@ -70,7 +70,9 @@ def visibility(study: Study, cases: LoadCases) -> Visibility | None:
             if isinstance(constraint, AcceptanceCone):
                 angle[k] = constraint.limit - room
             called = constraint.names_at(posture) if (room < worst).any() else names
-            names = [c if r < w else n for c, r, w, n in zip(called, room, worst, names, strict=True)]
+            names = [
+                c if r < w else n for c, r, w, n in zip(called, room, worst, names, strict=True)
+            ]
             worst = np.minimum(worst, room)
         seen[k] = worst >= -TOLERANCE
         broken.append(tuple(names))

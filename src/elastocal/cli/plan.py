@@ -196,9 +196,9 @@ def _evaluation(count: int, configurations: int, result: Any) -> dict[str, Any]:
         "lower_bound_mm": 1e3 * proof.lower_bound if proof.criterion == "test-pose" else None,
         "efficiency": proof.efficiency,
         "standard_error": [float(v) for v in worth.standard_error],
-        "seen": None if result.view is None else dict(
-            zip(result.view.markers, result.view.seen.tolist(), strict=True)
-        ),
+        "seen": None
+        if result.view is None
+        else dict(zip(result.view.markers, result.view.seen.tolist(), strict=True)),
         "accepted": result.accepted,
         "objections": list(result.objections) + list(result.unidentified),
     }

@@ -20,10 +20,12 @@ class Constraint(abc.ABC):
     Attributes:
         name: What the user reads: "height of M1 >= 800 mm".
         unit: "m" or "rad": the unit of the margin.
+        costly: Whether it takes much longer than the others, so that it is asked last.
     """
 
     name: str
     unit: str
+    costly = False
 
     @abc.abstractmethod
     def at(self, posture: Posture) -> tuple[Array, Pull]:

@@ -23,6 +23,8 @@ class Clearance(Constraint):
     jump.
     """
 
+    costly = True
+
     def __init__(
         self,
         name: str,

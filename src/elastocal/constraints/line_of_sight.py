@@ -43,6 +43,8 @@ class LineOfSight(ViewConstraint):
     the acceptance cone to say. So is what the head of the tracker stands in or touches.
     """
 
+    costly = True
+
     def __init__(
         self,
         name: str,
@@ -70,6 +72,9 @@ class LineOfSight(ViewConstraint):
         at_rest = Posture(robot, np.zeros((1, len(robot.joints))))
         self.solids = tuple(solid for solid in solids if not self._touches(solid, robot, at_rest))
         self._bodies = np.array([solid.body for solid in self.solids], dtype=np.int64)
+        self._boxed = np.array([solid.boxed for solid in self.solids], dtype=bool)
+        self._radii = np.array([solid.radius for solid in self.solids])
+        self._reach = np.array([_reach(solid) for solid in self.solids])
 
     def _touches(self, solid: Solid, robot: Robot, at_rest: Posture) -> bool:
         """Whether a solid holds the marker or the head of the tracker."""
@@ -79,7 +84,7 @@ class LineOfSight(ViewConstraint):
             end, room = self.position[:, None], 0.0
         else:
             return False
-        return bool(_closest(solid, at_rest, end, end).distance[0] < self.radius + room)
+        return _alone(solid, at_rest, end) < self.radius + room
 
     def at(self, posture: Posture) -> tuple[Array, Pull]:
         found = self._nearest(posture, PLENTY)
@@ -103,26 +108,71 @@ class LineOfSight(ViewConstraint):
         return start, start + np.maximum(length - NEAR_MARKER, 0.0) * unit
 
     def _nearest(self, posture: Posture, horizon: float) -> _Found:
+        """The nearest solid of every posture: balls first, then what they leave in one go."""
         count = posture.count
         found = _Found(
             np.full(count, horizon),
             np.full(count, -1, dtype=np.int64),
             *(np.zeros((3, count)) for _ in range(3)),
         )
+        if not self.solids:
+            return found
         start, end = self._ends(posture)
+        solid, case = np.nonzero(self._ball_gaps(posture, start, end) < horizon + self.radius)
+        if not len(solid):
+            return found
+        closest = self._closest(posture, start[:, case], end[:, case], solid, case)
+        margin = closest.distance - self.radius
+        # Entries in order of case, the nearest of each first; every case has one winner.
+        order = np.lexsort((margin, case))
+        first = np.flatnonzero(np.diff(case[order], prepend=-1))
+        best = order[first][margin[order[first]] < horizon]
+        k = case[best]
+        found.margin[k], found.solid[k] = margin[best], solid[best]
+        found.beam[:, k] = closest.first[:, best]
+        found.second[:, k] = closest.second[:, best]
+        found.normal[:, k] = closest.normal[:, best]
+        return found
+
+    def _ball_gaps(self, posture: Posture, start: Array, end: Array) -> Array:
+        """(S, N) lower bounds of the distances of the beams, by the balls around the solids."""
+        middle = np.empty((3, len(self.solids), posture.count))
         for s, solid in enumerate(self.solids):
-            gap = _ball_gap(solid, posture, start, end) - self.radius
-            k = np.flatnonzero(gap < found.margin)
-            if not len(k):
-                continue
-            closest = _closest(solid, posture, start[:, k], end[:, k], k)
-            margin = closest.distance - self.radius
-            nearer = margin < found.margin[k]
-            k = k[nearer]
-            found.margin[k], found.solid[k] = margin[nearer], s
-            found.beam[:, k] = closest.first[:, nearer]
-            found.second[:, k] = closest.second[:, nearer]
-            found.normal[:, k] = closest.normal[:, nearer]
+            if solid.boxed:
+                middle[:, s] = solid.box_pose[:3, 3:]
+            else:
+                one, two = (posture.point(local, solid.body) for local in solid.segment)
+                np.add(one, two, out=middle[:, s])
+                middle[:, s] *= 0.5
+        along, way = (end - start)[:, None], middle - start[:, None]
+        share = dot(along, way) / np.maximum(dot(along, along), 1e-12)
+        way -= np.clip(share, 0.0, 1.0) * along
+        return np.asarray(np.sqrt(dot(way, way)) - self._reach[:, None])
+
+    def _closest(
+        self, posture: Posture, start: Array, end: Array, solid: IntArray, case: IntArray
+    ) -> Closest:
+        """Segments, (3, K), from one solid each: round ones in one go, boxes one by one."""
+        total = len(solid)
+        found = Closest(np.zeros(total), *(np.zeros((3, total)) for _ in range(3)))
+        ends = np.empty((2, 3, total))
+        for s in np.unique(solid).tolist():
+            k = np.flatnonzero(solid == s)
+            one = self.solids[s]
+            if one.boxed:
+                pose = one.box_pose
+                args = start[:, k], end[:, k], pose[:3, :3], pose[:3, 3], one.half
+                for whole, part in zip(found, segment_and_box(*args), strict=True):
+                    whole[..., k] = part
+            else:
+                for e, local in enumerate(one.segment):
+                    ends[e][:, k] = posture.point(local, one.body)[:, case[k]]
+        k = np.flatnonzero(~self._boxed[solid])
+        if len(k):
+            part = between_segments(start[:, k], end[:, k], ends[0][:, k], ends[1][:, k])
+            for whole, piece in zip(found, part, strict=True):
+                whole[..., k] = piece
+            found.distance[k] -= self._radii[solid[k]]
         return found
 
     def _gradient(self, posture: Posture, found: _Found, weights: Array) -> Array:
@@ -158,27 +208,17 @@ class LineOfSight(ViewConstraint):
         return gradient
 
 
-def _closest(
-    solid: Solid, posture: Posture, start: Array, end: Array, k: IntArray | slice = slice(None)
-) -> Closest:
-    """Segments from a solid in the postures `k`; distances from its surface."""
+def _alone(solid: Solid, posture: Posture, point: Array) -> float:
+    """Distance of a point (3, 1) from the surface of one solid [m]."""
     if solid.boxed:
         pose = solid.box_pose
-        return segment_and_box(start, end, pose[:3, :3], pose[:3, 3], solid.half)
-    one, two = (posture.point(local, solid.body)[:, k] for local in solid.segment)
-    found = between_segments(start, end, one, two)
-    return found._replace(distance=found.distance - solid.radius)
+        return float(segment_and_box(point, point, pose[:3, :3], pose[:3, 3], solid.half)[0][0])
+    one, two = (posture.point(local, solid.body) for local in solid.segment)
+    return float(between_segments(point, point, one, two).distance[0]) - solid.radius
 
 
-def _ball_gap(solid: Solid, posture: Posture, start: Array, end: Array) -> Array:
-    """(N,) lower bounds of the distance of segments from a solid, by the ball around it."""
+def _reach(solid: Solid) -> float:
+    """Radius of the ball around a solid [m]."""
     if solid.boxed:
-        middle, reach = solid.box_pose[:3, 3:], float(np.linalg.norm(solid.half))
-    else:
-        one, two = (posture.point(local, solid.body) for local in solid.segment)
-        middle = 0.5 * (one + two)
-        reach = 0.5 * float(np.linalg.norm(solid.segment[1] - solid.segment[0])) + solid.radius
-    along, way = end - start, middle - start
-    share = np.clip(dot(along, way) / np.maximum(dot(along, along), 1e-12), 0.0, 1.0)
-    off = way - share * along
-    return np.asarray(np.sqrt(dot(off, off)) - reach)
+        return float(np.linalg.norm(solid.half))
+    return 0.5 * float(np.linalg.norm(solid.segment[1] - solid.segment[0])) + solid.radius

@@ -83,12 +83,11 @@ def _correction(space: DesignSpace, x: Array, evaluation: Evaluation) -> Array:
     """(N, d) shortest step that mends all broken margins to first order, bounds respected."""
     margins = evaluation.margins
     none = np.zeros_like(evaluation.blocks)
-    slopes = []
-    for c in range(margins.shape[1]):
+    jacobian = np.zeros((*margins.shape, x.shape[1]))
+    for c in np.flatnonzero((margins < _NEARLY).any(axis=0)).tolist():
         chosen = np.zeros_like(margins)
         chosen[:, c] = margins[:, c] < _NEARLY
-        slopes.append(evaluation.pull(none, chosen))
-    jacobian = np.stack(slopes, axis=1)
+        jacobian[:, c] = evaluation.pull(none, chosen)
     # Of the variables at a bound, those that the worst margin pushes outward stay there.
     worst = jacobian[np.arange(len(x)), margins.argmin(axis=1)]
     pinned = ((x <= space.lower) & (worst < 0.0)) | ((x >= space.upper) & (worst > 0.0))

@@ -17,8 +17,8 @@ from elastocal.planning import Plan
 from elastocal.robot import Robot
 from elastocal.schedule import Schedule
 from elastocal.study import Study
-from elastocal.visibility import Visibility, visibility
 from elastocal.terminal.console import micrometres, numbers, out, whole
+from elastocal.visibility import Visibility, visibility
 
 
 def show_plan(plan: Plan) -> None:
