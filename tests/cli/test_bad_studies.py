@@ -29,6 +29,9 @@ constraints:
 """
 POSE = "  - {tool: milling, q_deg: [0, -56.9, 89.3, 45.1, 76, 57.2], force_N: [0, 280, -180]}"
 DH = "robot: {convention: modified, dh: [{joint: A1, type: prismatic, limits_deg: [0, 9]}]}"
+TRACKER = "{tracker: {position_mm: [3000, 0, 900], preset: leica-at500}}"
+REST = GOOD[GOOD.index("load_point_mm") :]
+REFLECTOR = "%s, " + REST.replace("{sigma_mm: 0.03}", TRACKER)
 KEEP_PLAN = "max_configurations: 3\n  count: 12"
 
 # what is edited: (old, new); what must be in the sentence; exit code
@@ -98,6 +101,53 @@ CASES: dict[str, tuple[str, str, list[str], int]] = {
     "tracker nowhere": (
         "{sigma_mm: 0.03}", "{tracker: {preset: leica-at500}}",
         ["line 13", "'position_mm' is missing"], 2),
+    "range turned round": (
+        "{sigma_mm: 0.03}",
+        "{tracker: {position_mm: [3000, 0, 900], preset: leica-at500, range_mm: [5000, 1000]}}",
+        ["line 13", "range_mm", "must be below"], 2),
+    "range below zero": (
+        "{sigma_mm: 0.03}",
+        "{tracker: {position_mm: [3000, 0, 900], preset: leica-at500, range_mm: [-1, 1000]}}",
+        ["line 13", "range_mm must not be negative"], 2),
+    "range of one number": (
+        "{sigma_mm: 0.03}",
+        "{tracker: {position_mm: [3000, 0, 900], preset: leica-at500, range_mm: 1000}}",
+        ["line 13", "two numbers"], 2),
+    "head looks over the zenith": (
+        "{sigma_mm: 0.03}",
+        "{tracker: {position_mm: [3000, 0, 900], preset: leica-at500, elevation_deg: [-45, 120]}}",
+        ["line 13", "must be from -90 to 90"], 2),
+    "head turns twice": (
+        "{sigma_mm: 0.03}",
+        "{tracker: {position_mm: [3000, 0, 900], preset: leica-at500, azimuth_deg: [-300, 300]}}",
+        ["line 13", "more than a whole turn"], 2),
+    "beam without radius": (
+        "{sigma_mm: 0.03}",
+        "{tracker: {position_mm: [3000, 0, 900], preset: leica-at500, beam_radius_mm: 0}}",
+        ["line 13", "positive"], 2),
+    "beam without unit": (
+        "{sigma_mm: 0.03}",
+        "{tracker: {position_mm: [3000, 0, 900], preset: leica-at500, beam_radius: 10}}",
+        ["line 13", "no unit", '"beam_radius_mm"'], 2),
+    "any marker will do": (
+        "{sigma_mm: 0.03}",
+        "{tracker: {position_mm: [3000, 0, 900], preset: leica-at500, view: any}}",
+        ["line 13", 'unknown key "view"'], 2),
+    "axis of no marker": (
+        REST, REFLECTOR % "marker_axes: {M9: x}",
+        ["line 6", 'no marker "M9"', "M1"], 2),
+    "axis of zero length": (
+        REST, REFLECTOR % "marker_axes: {M1: [0, 0, 0]}",
+        ["line 6", '"M1" must not be zero'], 2),
+    "cone without axis": (
+        REST, REFLECTOR % "acceptance_deg: 30",
+        ["line 6", "needs marker_axes"], 2),
+    "cone beyond a half-space": (
+        REST, REFLECTOR % "marker_axes: {M1: x}, acceptance_deg: 200",
+        ["line 6", "from 1 to 180"], 2),
+    "axis without tracker": (
+        "load_point_mm", "marker_axes: {M1: x}, load_point_mm",
+        ["line 6", "marker_axes needs a tracker"], 2),
     "zero load": ("[0, 0, -2500]", "[0, 0, 0]", ["nothing deflects", "line 9"], 2),
     "no load": ("  force_N: [0, 0, -2500]\n", "", ["nothing of the load"], 2),
     "two loads": ("  count: 12", "  max_force_N: 5\n  count: 12", ["line 12", "either"], 2),
