@@ -128,17 +128,17 @@ CASES: dict[str, tuple[str, str, list[str], int]] = {
     "beam without unit": (
         "{sigma_mm: 0.03}",
         "{tracker: {position_mm: [3000, 0, 900], preset: leica-at500, beam_radius: 10}}",
-        ["line 13", "no unit", '"beam_radius_mm"'], 2),
+        ["line 13", "no unit", "'beam_radius_mm'"], 2),
     "any marker will do": (
         "{sigma_mm: 0.03}",
         "{tracker: {position_mm: [3000, 0, 900], preset: leica-at500, view: any}}",
-        ["line 13", 'unknown key "view"'], 2),
+        ["line 13", "unknown key 'view'"], 2),
     "axis of no marker": (
         REST, REFLECTOR % "marker_axes: {M9: x}",
-        ["line 6", 'no marker "M9"', "M1"], 2),
+        ["line 6", "no marker 'M9'", "M1"], 2),
     "axis of zero length": (
         REST, REFLECTOR % "marker_axes: {M1: [0, 0, 0]}",
-        ["line 6", '"M1" must not be zero'], 2),
+        ["line 6", "'M1' must not be zero"], 2),
     "cone without axis": (
         REST, REFLECTOR % "acceptance_deg: 30",
         ["line 6", "needs marker_axes"], 2),

@@ -169,8 +169,8 @@ class LineOfSight(ViewConstraint):
                     ends[e][:, k] = posture.point(local, one.body)[:, case[k]]
         k = np.flatnonzero(~self._boxed[solid])
         if len(k):
-            part = between_segments(start[:, k], end[:, k], ends[0][:, k], ends[1][:, k])
-            for whole, piece in zip(found, part, strict=True):
+            pieces = between_segments(start[:, k], end[:, k], ends[0][:, k], ends[1][:, k])
+            for whole, piece in zip(found, pieces, strict=True):
                 whole[..., k] = piece
             found.distance[k] -= self._radii[solid[k]]
         return found
