@@ -53,8 +53,8 @@ def test_the_example_is_short_and_has_a_title(path: Path) -> None:
     assert path.stem[:2].isdigit()
 
 
-def test_init_writes_the_study_of_the_kr270_example() -> None:
+def test_the_package_carries_the_files_of_the_kr270_example() -> None:
     """One text in two places, because the package must carry its own: they may not drift apart."""
-    template = ROOT / "src" / "elastocal" / "io" / "study_template.yaml"
-    example = ROOT / "examples" / "kr270" / "study.yaml"
-    assert template.read_text(encoding="utf-8") == example.read_text(encoding="utf-8")
+    for own in sorted((ROOT / "src" / "elastocal" / "demo").iterdir()):
+        example = ROOT / "examples" / "kr270" / own.name
+        assert own.read_text(encoding="utf-8") == example.read_text(encoding="utf-8")

@@ -82,9 +82,9 @@ def study_of_plan(plan: Path, study: Path | None) -> Study:
     return embedded_study(plan) if study is None else study_at(study)
 
 
-def template_path() -> Path:
-    """Where the commented study that comes with the package is."""
-    return Path(__file__).parents[1] / "io" / "study_template.yaml"
+def demo_file(name: str) -> Path:
+    """Where a file of the example that comes with the package is."""
+    return Path(__file__).parents[1] / "demo" / name
 
 
 def overridden(

@@ -13,7 +13,7 @@ from elastocal.cli.common import (
     app,
     guarded,
     print_json,
-    template_path,
+    demo_file,
     writable,
 )
 from elastocal.errors import InputError
@@ -33,7 +33,7 @@ def init(
 
     if path.exists():
         raise InputError(f"{path}: exists already; choose another name")
-    write_text(path, read_text(template_path()))
+    write_text(path, read_text(demo_file("study.yaml")))
     print(f"wrote {path}: edit it, then run 'elastocal check {path}'")
 
 

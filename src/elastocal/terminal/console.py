@@ -51,3 +51,8 @@ def micrometres(length: float) -> str:
     if not np.isfinite(length):
         return "∞"
     return f"{1e6 * length:.4g} µm" if abs(length) < 1e-3 else f"{1e3 * length:.4g} mm"
+
+
+def counted(count: int, noun: str) -> str:
+    """A number with its noun: 1 reading, 2 readings."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"

@@ -8,7 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from elastocal.identification import Identification
-from elastocal.terminal.console import micrometres, out, whole
+from elastocal.terminal.console import counted, micrometres, out, whole
 from elastocal.validation import Validation, summary
 
 _BAR = 25  # characters of a drawn interval
@@ -19,8 +19,8 @@ def show_identification(found: Identification) -> None:
     """Compliances with their intervals, and what is weak in them."""
     data = found.measurements
     title = (
-        f"{len(found.identified)} compliances from {len(data.cases)} experiments, "
-        f"{len(data)} readings"
+        f"{counted(len(found.identified), 'compliance')} from "
+        f"{counted(len(data.cases), 'experiment')}, {counted(len(data), 'reading')}"
     )
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
     confidence = f"{100 * found.how.confidence:g} %"
