@@ -222,10 +222,14 @@ def _read(
     measurements: Measurements, whitener: Array, modelled: Array, gradient: Array
 ) -> tuple[Array, Array]:
     """Rows (R, 3, c) of the readings and what the model leaves of them (R, 3), over the noise."""
-    count, markers = len(measurements.cases), len(measurements.tool.markers)
-    own = (measurements.case, measurements.marker)
-    open_ = measurements.deflection - modelled.reshape(count, markers, 3)[own]
-    rows = gradient.reshape(count, markers, 3, -1)[own]
+    own = measurements.case * len(measurements.tool.markers) + measurements.marker
+    rows, deflection = gradient.reshape(-1, 3, gradient.shape[-1]), modelled.reshape(-1, 3)
+    if len(own) != len(rows) or (own != np.arange(len(own))).any():
+        rows, deflection = rows[own], deflection[own]
+    open_ = measurements.deflection - deflection
+    one = whitener[0]
+    if whitener.strides[0] == 0 and (one == one[0, 0] * np.eye(3)).all():
+        return rows * one[0, 0], open_ * one[0, 0]  # the same number for all: the usual case
     return whitener @ rows, np.einsum("rij,rj->ri", whitener, open_)
 
 

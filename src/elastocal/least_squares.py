@@ -51,9 +51,11 @@ def fit(rows: Array, values: Array, *, lower: Array | None = None) -> LinearFit:
     Source: paper eq. (6); Björck, Numerical Methods for Least Squares Problems, ch. 2.
     """
     scale = 2.0 ** -np.round(np.log2(column_norms(rows)))  # a power of two rounds nothing
-    triangle, right, rest = _triangularised(rows * scale, values)
+    triangle, right, rest = _triangularised(rows, values, scale)
     if lower is None:
-        scaled = _refined(rows * scale, values, triangle, _solved(triangle, right))
+        scaled = _solved(triangle, right)
+        if len(rows) <= _CHUNK:
+            scaled = _refined(rows * scale, values, triangle, scaled)
         held = np.zeros(len(scale), dtype=bool)
     else:
         scaled, held = _bounded(triangle, right, lower / scale)
@@ -79,13 +81,13 @@ def unseen(triangle: Array) -> Array:
     return np.asarray(vectors[values <= _DEFICIENT * max(1.0, float(values.max(initial=0.0)))])
 
 
-def _triangularised(rows: Array, values: Array) -> tuple[Array, Array, float]:
-    """R, Qᵀ values, and the sum of squares that no estimate can remove."""
+def _triangularised(rows: Array, values: Array, scale: Array) -> tuple[Array, Array, float]:
+    """R of the scaled rows, Qᵀ values, and the sum of squares that no estimate can remove."""
     p = rows.shape[1]
     block = np.zeros((0, p + 1))
     for start in range(0, max(len(rows), 1), _CHUNK):
         part = slice(start, start + _CHUNK)
-        stacked = np.concatenate([block, np.column_stack([rows[part], values[part]])])
+        stacked = np.concatenate([block, np.column_stack([rows[part] * scale, values[part]])])
         block = np.asarray(np.linalg.qr(stacked, mode="r"))
     full = np.zeros((p + 1, p + 1))
     full[: len(block)] = block
@@ -96,13 +98,10 @@ def _refined(rows: Array, values: Array, triangle: Array, estimate: Array) -> Ar
     """Estimate refined together with its residuals, which are formed in extended precision.
 
     With large residuals a refinement of the estimate alone would stop at the square of the
-    condition number. Very many rows are left as they are: they are never that badly conditioned
-    by chance, and it would take longer than the fit.
+    condition number. More rows than one chunk are not refined: it would take longer than the fit.
 
     Source: Björck, Numerical Methods for Least Squares Problems, section 2.9.3.
     """
-    if len(rows) > _CHUNK:
-        return estimate
     long = np.longdouble
     wide, aim = rows.astype(long), values.astype(long)
     x = estimate.astype(long)
@@ -110,7 +109,7 @@ def _refined(rows: Array, values: Array, triangle: Array, estimate: Array) -> Ar
     for _ in range(_REFINEMENTS):
         open_ = aim - residual - wide @ x
         slope = -(wide.T @ residual)
-        _, right, _ = _triangularised(rows, open_.astype(float))
+        _, right, _ = _triangularised(rows, open_.astype(float), np.ones(rows.shape[1]))
         step = _solved(triangle, right - _solved_transposed(triangle, slope.astype(float)))
         x = x + step
         residual = residual + open_ - wide @ step.astype(long)

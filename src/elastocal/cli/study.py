@@ -11,9 +11,9 @@ from elastocal.cli.common import (
     Json,
     StudyPath,
     app,
+    demo_file,
     guarded,
     print_json,
-    demo_file,
     writable,
 )
 from elastocal.errors import InputError
