@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from elastocal.campaign import campaign_program
@@ -216,6 +216,7 @@ def test_any_campaign_of_any_robot(program: RobotProgram, controller: str) -> No
     controller=st.sampled_from(sorted(WRITERS)),
     name=st.text(max_size=80),
 )
+@example(turns=[0.0] * 12, controller="csv", name="INF")
 def test_any_path(turns: list[float], controller: str, name: str) -> None:
     robot = arm("RRRRRR", limit=6.2)
     program = path_program(robot, np.reshape(turns, (2, 6)), name=name)
