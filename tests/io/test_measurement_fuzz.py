@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from elastocal.errors import InputError
@@ -117,6 +117,7 @@ def test_spoilt_files(data: bytes, tmp_path: Path) -> None:
     outcome(data, tmp_path)
 
 
+@example(data=b"elastocal: 1\nwords:\n  state: {b\n\n\n\noaded, after: loaded}\n")
 @given(data=spoilt([LOADED]))
 @QUIET
 def test_spoilt_mappings(data: bytes, tmp_path: Path) -> None:

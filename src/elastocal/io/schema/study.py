@@ -150,7 +150,7 @@ def _describe(
 
 def _spell(path: Path_) -> str:
     """'test_poses.q_deg, entry 2' for a path; entries of lists counted from 1, the last only."""
-    words = ".".join(part for part in path if isinstance(part, str))
+    words = ".".join(" ".join(part.split()) for part in path if isinstance(part, str))
     last = path[-1] if path else ""
     return f"{words}, entry {last + 1}" if isinstance(last, int) else words
 
