@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from functools import cache
 from html.parser import HTMLParser
 
@@ -12,6 +13,7 @@ from elastocal import report
 from elastocal.assessment import assess
 from elastocal.certification import Certificate
 from elastocal.comparison import TradeOff
+from elastocal.compensation import Compensation, compensate, residual
 from elastocal.compliance_model import ComplianceModel
 from elastocal.constraints import Elevation, HalfSpace, MinRadius, Tilt
 from elastocal.identification import Identification, identify
@@ -19,6 +21,7 @@ from elastocal.instrument import Isotropic
 from elastocal.load_case import LoadCases
 from elastocal.loads import FixedVector
 from elastocal.measurement import Measurements
+from elastocal.monte_carlo import MonteCarlo, campaigns
 from elastocal.planning import Plan
 from elastocal.robot import Joint, Robot, Tool, transform
 from elastocal.robots import kuka_kr270, three_link
@@ -167,6 +170,38 @@ def validated(name: str) -> Validation:
 
 
 @cache
+def compensated(name: str) -> Compensation:
+    """A path of 30 points through the configurations of a plan, corrected."""
+    plan = PLANS[name]()
+    found = identified(name)
+    way = np.linspace(0.0, 1.0, 30)[:, None]
+    first, last = plan.load_cases.q[0], plan.load_cases.q[1]
+    wrench = np.tile(plan.load_cases.wrench[0], (30, 1))
+    task = plan.study.test_poses[0].tool
+    assert task is not None
+    arm = replace(plan.study.arm, tool=task)
+    return compensate(arm, found.model, LoadCases(first + 0.2 * way * (last - first), wrench))
+
+
+@cache
+def judged(name: str, sign: float = 1.0) -> np.ndarray:
+    """What remains if the robot is as the truth says; with -1 corrected to the wrong side."""
+    done = compensated(name)
+    wanted = done.cases.q
+    driven = replace(done, q=wanted + sign * (done.q - wanted))
+    return residual(done.arm, truth_of(PLANS[name]()), driven)
+
+
+@cache
+def simulated(name: str) -> MonteCarlo:
+    """Virtual campaigns of a plan and of one with a third of its experiments."""
+    plan = PLANS[name]()
+    cases, repeats = plan.load_cases, 2 * plan.repeats
+    plans = {"twice": (cases, repeats), "once": (cases, np.ones_like(repeats))}
+    return campaigns(plan.study, truth_of(plan), plans, 200, seed=3)
+
+
+@cache
 def campaign_page(name: str) -> str:
     """The page of a campaign with all its stages."""
     plan = PLANS[name]()
@@ -175,4 +210,8 @@ def campaign_page(name: str) -> str:
         identification=identified(name),
         references={"made up": truth_of(plan)},
         validation=validated(name),
+        compensation=compensated(name),
+        judged=judged(name),
+        control=judged(name, -1.0),
+        monte_carlo=simulated(name),
     )

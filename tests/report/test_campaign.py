@@ -11,13 +11,17 @@ import numpy as np
 import pytest
 
 from elastocal import report
+from elastocal.compensation import compensate
 from elastocal.errors import InputError
 from elastocal.identification import identify
 from elastocal.load_case import LoadCases
 from elastocal.measurement import chosen
 from elastocal.report.charts.correlation import _colour
 from elastocal.report.charts.strips import Strips
+from elastocal.report.contents import Contents
 from elastocal.report.intervals import decimals_of
+from elastocal.report.sections.monte_carlo import predicted_errors
+from elastocal.report.units import length
 from elastocal.simulation import Outliers, simulate
 from elastocal.uncertainty import Fit
 from elastocal.validation import leave_one_out, summary, validate
@@ -25,8 +29,11 @@ from tests.report.examples import (
     HOSTILE,
     PLANS,
     campaign_page,
+    compensated,
     identified,
+    judged,
     measured,
+    simulated,
     three_link_plan,
     truth_of,
     validated,
@@ -34,7 +41,18 @@ from tests.report.examples import (
     without_plotly,
 )
 
-STAGES = ("identification", "residuals", "influence", "correlation", "validation")
+STAGES = (
+    "identification",
+    "residuals",
+    "influence",
+    "correlation",
+    "validation",
+    "path",
+    "remaining",
+    "corrections",
+    "monte-carlo",
+    "coverage",
+)
 
 
 @cache
@@ -51,7 +69,7 @@ class TestEveryRobot:
     def test_stages_come_in_the_order_of_the_work(self, name: str) -> None:
         found = ids(page_of(name))
         assert found[:2] == ["state", "verdict"]
-        assert tuple(found[-6:]) == (*STAGES, "provenance")
+        assert tuple(found[-11:]) == (*STAGES, "provenance")
         assert found.index("run-sheet") < found.index("identification")
 
     def test_links_lead_somewhere(self, name: str) -> None:
@@ -82,7 +100,7 @@ class TestEveryRobot:
     def test_every_scene_has_its_data(self, name: str) -> None:
         page = page_of(name)
         wanted = re.findall(r'data-scene="([\w-]+)"', page)
-        assert wanted == ["robot-scene", "residuals-scene"]
+        assert wanted == ["robot-scene", "residuals-scene", "path-scene"]
         assert [i for i in wanted if f'type="application/json" id="{i}"' not in page] == []
 
     def test_compliances_are_shown_with_error_and_unit(self, name: str) -> None:
@@ -124,7 +142,103 @@ def test_state_in_plain_words() -> None:
     assert f"{100.0 * removed:.0f}" in top
     assert "took no part in the identification" in top
     assert "Noise found: σ =" in top
+    left = np.sqrt(np.mean(np.sum(judged("three-link") ** 2, axis=1)))
+    assert f"→ {length(float(left))}" in top
+    assert "200 virtual campaigns" in top
+
+
+def test_what_is_missing_is_said() -> None:
+    top = visible(report.html(identification=identified("three-link")).split("<nav")[0])
+    assert "no plan in this report" in top
+    assert "not validated yet" in top
     assert "no path compensated yet" in top
+    assert "Simulated" not in top
+
+
+def test_remaining_error_against_what_was_expected() -> None:
+    name = "kuka-kr270"
+    section = page_of(name).split('id="remaining"')[1].split("</section>")[0]
+    words = visible(section)
+    sizes = [np.linalg.norm(judged(name, sign), axis=1) for sign in (1.0, -1.0)]
+    for size in sizes:
+        assert length(float(np.sqrt(np.mean(size**2)))) in words
+    assert "negative control" in words
+    assert "Do not run" not in words
+    below = int((sizes[0] <= 2.0 * compensated(name).rho0).sum())
+    assert f"{below} of 30 points of the true robot lie below" in words
+
+
+def test_control_and_truth_only_if_given() -> None:
+    words = visible(report.html(compensation=compensated("three-link")))
+    assert "negative control" not in words
+    assert "true robot" not in words
+    assert "its own judge" in words
+
+
+def test_points_without_solution_raise_an_alarm() -> None:
+    done = compensated("three-link")
+    converged, q = np.array(done.converged), np.array(done.q)
+    converged[4:7], q[4:7] = False, np.nan
+    after = np.where(converged[:, None], done.after, np.nan)
+    said = tuple("" if ok else f"no way {HOSTILE}" for ok in converged)
+    broken = replace(done, converged=converged, q=q, after=after, remarks=said)
+    page = without_plotly(report.html(compensation=broken))
+    assert "Do not run the corrected path" in visible(page.split("<nav")[0])
+    assert "3 points of 30 cannot be corrected" in visible(page)
+    assert "points 5 to 7" in visible(page)
+    assert "<img" not in page
+
+
+def test_linear_rule_shows_what_it_leaves() -> None:
+    done = compensated("three-link")
+    linear = replace(done, rule="linear", after=0.01 * done.before)
+    assert "left by the linear rule" in visible(report.html(compensation=linear))
+
+
+def test_a_single_point_is_a_path_too() -> None:
+    done = compensated("gantry")
+    one = compensate(done.arm, done.model, LoadCases(done.cases.q[:1], done.cases.wrench[:1]))
+    assert 'id="remaining"' in report.html(compensation=one)
+
+
+def test_nothing_that_bends() -> None:
+    done = compensated("three-link")
+    idle = compensate(done.arm, done.model, LoadCases(done.cases.q, 0.0 * done.cases.wrench))
+    assert "nothing to compensate" in visible(report.html(compensation=idle))
+
+
+def test_an_exact_model_is_not_taken_for_a_perfect_robot() -> None:
+    done = compensated("three-link")
+    exact = compensate(done.arm, truth_of(three_link_plan()), done.cases)
+    assert "given without uncertainty" in visible(report.html(compensation=exact))
+
+
+def test_virtual_campaigns_against_prediction() -> None:
+    found = simulated("three-link")
+    words = visible(page_of("three-link").split('id="monte-carlo"')[1])
+    for plan in found.plans:
+        assert length(plan.rho0) in words
+        assert length(plan.rms) in words
+    assert "The predicted errors are found" in words
+    alone = visible(report.html(monte_carlo=found))
+    assert "distribution predicted" not in alone  # it takes the regressors of the test poses
+
+
+def test_predicted_distribution_has_the_predicted_rms() -> None:
+    plan = three_link_plan()
+    found = simulated("three-link")
+    for campaign in found.plans:
+        sample = predicted_errors(Contents(plan=plan), found, campaign)
+        assert np.sqrt(np.mean(sample**2)) == pytest.approx(campaign.rho0, rel=0.02)
+
+
+def test_broken_predictions_are_weak_points() -> None:
+    found = simulated("three-link")
+    wrong = replace(found.plans[0], rho0_each=0.5 * found.plans[0].rho0_each)
+    small = replace(wrong, standard_error=0.5 * wrong.standard_error)
+    words = visible(report.html(monte_carlo=replace(found, plans=(small,))).split("<nav")[0])
+    assert "times the predicted" in words
+    assert "do not cover the truth" in words
 
 
 def test_left_out_in_turn_is_said() -> None:
@@ -191,6 +305,12 @@ def test_hostile_text_is_escaped() -> None:
         identification=found,
         references={HOSTILE: found.model},
         validation=leave_one_out(found),
+        monte_carlo=replace(
+            simulated("three-link"),
+            springs=found.identified,
+            known=(HOSTILE,),
+            plans=(replace(simulated("three-link").plans[0], name=HOSTILE),),
+        ),
     )
     page = without_plotly(page)
     assert page.count("<script") == page.count("</script>") == 4

@@ -13,8 +13,10 @@ if TYPE_CHECKING:
     from elastocal.arrays import Array
     from elastocal.assessment import Assessment
     from elastocal.comparison import TradeOff
+    from elastocal.compensation import Compensation
     from elastocal.compliance_model import ComplianceModel
     from elastocal.identification import Identification
+    from elastocal.monte_carlo import MonteCarlo
     from elastocal.planning import Plan
     from elastocal.validation import Validation
 
@@ -30,6 +32,10 @@ def html(
     identification: Identification | None = None,
     references: Mapping[str, ComplianceModel] | None = None,
     validation: Validation | None = None,
+    compensation: Compensation | None = None,
+    judged: Array | None = None,
+    control: Array | None = None,
+    monte_carlo: MonteCarlo | None = None,
 ) -> str:
     """A campaign, as far as it has come, as one self-contained HTML page.
 
@@ -41,6 +47,11 @@ def html(
         identification: The compliances found.
         references: Compliances from elsewhere, by name, three at most: known before, or true.
         validation: The model against readings.
+        compensation: A corrected path.
+        judged: (N, 3) what remains of its error if the robot is as a true model says [m]; see
+            `compensation.residual`.
+        control: (N, 3) the same for a correction to the wrong side, which must be worse [m].
+        monte_carlo: Virtual campaigns of plans side by side.
 
     Returns:
         HTML text that needs no network: styles, pictures and the 3D views are inside.
@@ -60,5 +71,9 @@ def html(
             identification=identification,
             references=references or {},
             validation=validation,
+            compensation=compensation,
+            judged=judged,
+            control=control,
+            monte_carlo=monte_carlo,
         )
     )

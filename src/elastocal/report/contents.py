@@ -8,8 +8,10 @@ from dataclasses import dataclass, field
 from elastocal.arrays import Array
 from elastocal.assessment import Assessment
 from elastocal.comparison import TradeOff
+from elastocal.compensation import Compensation
 from elastocal.compliance_model import ComplianceModel
 from elastocal.identification import Identification
+from elastocal.monte_carlo import MonteCarlo
 from elastocal.planning import Plan
 from elastocal.validation import Validation
 
@@ -26,6 +28,10 @@ class Contents:
         identification: What was found.
         references: Compliances from elsewhere, by name, to show beside those found.
         validation: The model against readings.
+        compensation: A corrected path.
+        judged: (N, 3) what remains of its error if the robot is as a true model says [m].
+        control: (N, 3) what remains of it if one corrects to the wrong side [m].
+        monte_carlo: Virtual campaigns of plans side by side.
     """
 
     plan: Plan | None = None
@@ -35,3 +41,7 @@ class Contents:
     identification: Identification | None = None
     references: Mapping[str, ComplianceModel] = field(default_factory=dict)
     validation: Validation | None = None
+    compensation: Compensation | None = None
+    judged: Array | None = None
+    control: Array | None = None
+    monte_carlo: MonteCarlo | None = None

@@ -17,14 +17,16 @@ from elastocal.errors import InputError
 from elastocal.report.contents import Contents
 from elastocal.report.palette import COLOURS
 from elastocal.report.section import Part, Section
+from elastocal.report.sections.compensation import compensation_part
 from elastocal.report.sections.identification import identification_part
+from elastocal.report.sections.monte_carlo import monte_carlo_part
 from elastocal.report.sections.plan import plan_part
 from elastocal.report.sections.provenance import provenance
 from elastocal.report.sections.state import state_section, title
 from elastocal.report.sections.validation import validation_part
 from elastocal.report.units import words
 
-_PARTS = (identification_part, validation_part)
+_PARTS = (identification_part, validation_part, compensation_part, monte_carlo_part)
 
 
 def render(contents: Contents) -> str:

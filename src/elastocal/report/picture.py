@@ -68,11 +68,18 @@ class View:
         return np.array(lines)
 
 
-def portrait(figure: Figure, stage: Stage, kind: str = "plan", width: float = 300.0) -> Markup:
-    """Picture of one figure; `kind` is plan or test."""
+def portrait(
+    figure: Figure,
+    stage: Stage,
+    kind: str = "plan",
+    width: float = 300.0,
+    lines: Sequence[Array] = (),
+) -> Markup:
+    """Picture of one figure; `kind` is plan or test; `lines` (., 3) are drawn besides [m]."""
     view = View(stage, width)
     about = f"{figure.label}: the robot, seen from the front right, with its load {figure.load}"
     inside = [view.floor_grid(), _origin(view, stage), _figure(figure, view, kind, labelled=True)]
+    inside += [polyline(view(points), "path") for points in lines]
     return drawing(view.width, view.height, about, *inside, class_="robot")
 
 

@@ -73,7 +73,11 @@ def path_scene(
     traces = _crowd(stage, robot)
     for role, (points, colour, width) in lines.items():
         traces.append(_lines([points], COLOURS[colour], role, -1, width))
-    return {"data": traces, "layout": _layout(stage), "count": len(stage.planned)}
+    every = np.vstack([points for points, _, _ in lines.values()])
+    middle = 0.5 * (every.min(axis=0) + every.max(axis=0))
+    half = 0.75 * max(float(np.ptp(every, axis=0).max()), 0.04)
+    near = [[round(1e3 * (m - half), 1), round(1e3 * (m + half), 1)] for m in middle]
+    return {"data": traces, "layout": _layout(stage), "count": len(stage.planned), "near": near}
 
 
 def _crowd(stage: Stage, robot: Robot) -> list[Trace]:

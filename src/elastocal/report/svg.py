@@ -119,10 +119,13 @@ def _linear_ticks(low: float, high: float, most: int) -> list[float]:
 
 
 def _log_ticks(low: float, high: float) -> list[float]:
-    """Round values, no denser than it takes to have four of them."""
+    """Round values, three powers of ten or more, else four values or more."""
     powers = range(int(np.floor(np.log10(low))), int(np.ceil(np.log10(high))) + 1)
     found: list[float] = []
-    for steps in ((1.0,), (1.0, 2.0, 5.0), (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0)):
+    tens = [10.0**p for p in powers if low * (1 - 1e-9) <= 10.0**p <= high * (1 + 1e-9)]
+    if len(tens) >= 3:
+        return tens
+    for steps in ((1.0, 2.0, 5.0), (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0)):
         values = [step * 10.0**power for power in powers for step in steps]
         found = [v for v in values if low * (1 - 1e-9) <= v <= high * (1 + 1e-9)]
         if len(found) >= 4:

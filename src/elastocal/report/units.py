@@ -64,6 +64,8 @@ def percent(share: float) -> str:
     if not np.isfinite(share):
         return "–"
     loss = 1.0 - share
+    if loss == 0.0:
+        return "100 %"
     decimals = 0 if loss > 0.1 else 1 if loss > 0.01 else 2
     shown = min(100.0 * share, 100.0)
     if loss > 0.0 and round(shown, decimals) == 100.0:

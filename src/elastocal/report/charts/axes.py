@@ -137,7 +137,8 @@ def named_points(
         for shift in (4.5, -8.0, 17.0):
             level = y + shift
             free = all(
-                abs(level - b) >= 13.0 or begin > a + w or begin + wide < a for a, b, w in taken
+                abs(level - b) >= 13.0 or begin > a + w + 6.0 or begin + wide + 6.0 < a
+                for a, b, w in taken
             )
             inside = min(rise.start, rise.end) - 6.0 < level < max(rise.start, rise.end) - 2.0
             if free and inside:

@@ -22,7 +22,7 @@ from elastocal.report.picture import portrait
 from elastocal.report.residual_figures import residual_figures
 from elastocal.report.scene import vector_scene
 from elastocal.report.section import Part, Section
-from elastocal.report.units import length, number, percent
+from elastocal.report.units import length, number, percent, plain
 from elastocal.report.units import sure as sure_of
 from elastocal.report.verdict import Tile, counted
 
@@ -43,7 +43,7 @@ def identification_part(contents: Contents) -> Part | None:
             "Residuals",
             {
                 "figures": figures,
-                "magnification": number(figures.magnification, 3),
+                "magnification": plain(figures.magnification),
                 "noise": length(2.0 * figures.noise),
                 "gallery": [
                     (f.label, portrait(f, figures.stage), caption)

@@ -32,6 +32,9 @@ def provenance(contents: Contents) -> Section:
         )
     if validation is not None and validation.kept_aside:
         facts += _source("Kept aside", validation.measurements)
+    if contents.compensation is not None:
+        model = contents.compensation.model
+        facts.append(("Compensated with", model.source or "a model that does not say its source"))
     facts.append(("elastocal", __version__))
     text = "" if plan is None else plan.study.text
     return Section("provenance", "Provenance", {"facts": facts, "text": text})
@@ -43,6 +46,8 @@ def robot_of(contents: Contents) -> Robot | None:
         return contents.plan.study.robot
     if contents.identification is not None:
         return contents.identification.arm.robot
+    if contents.compensation is not None:
+        return contents.compensation.arm.robot
     return None
 
 

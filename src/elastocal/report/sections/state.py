@@ -10,11 +10,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from elastocal.compensation import Compensation
 from elastocal.identification import Identification
+from elastocal.monte_carlo import MonteCarlo
 from elastocal.planning import Plan
 from elastocal.report.contents import Contents
 from elastocal.report.section import Section
+from elastocal.report.sections.compensation import (
+    alarms,
+    compensation_remarks,
+    expected,
+    rms,
+)
 from elastocal.report.sections.identification import promised
+from elastocal.report.sections.monte_carlo import monte_carlo_remarks
 from elastocal.report.sections.provenance import robot_of
 from elastocal.report.sections.validation import origin, removed, validation_remarks
 from elastocal.report.units import length, number, percent, sure
@@ -51,7 +60,8 @@ def title(contents: Contents) -> str:
     if contents.plan is None:
         robot = robot_of(contents)
         return f"{robot.name}: calibration" if robot is not None else "Calibration"
-    later = contents.identification or contents.validation
+    stages = (contents.identification, contents.validation, contents.compensation)
+    later = any(stage is not None for stage in (*stages, contents.monte_carlo))
     return f"{contents.plan.study.name}: calibration {'campaign' if later else 'plan'}"
 
 
@@ -84,6 +94,10 @@ def _steps(contents: Contents) -> Iterator[Step]:
         yield _identified(contents.identification)
     if contents.validation is not None:
         yield _validated(contents.validation)
+    if contents.compensation is not None:
+        yield _compensated(contents, contents.compensation)
+    if contents.monte_carlo is not None:
+        yield _simulated(contents.monte_carlo)
 
 
 def _planned(plan: Plan) -> Step:
@@ -122,9 +136,38 @@ def _validated(found: Validation) -> Step:
     return Step("Validated", "validation", percent(removed(found)), said)
 
 
-def _alarms(contents: Contents) -> tuple[str, ...]:
-    """What forbids to go on."""
-    return contents.plan.assessment.violations if contents.plan is not None else ()
+def _compensated(contents: Contents, done: Compensation) -> Step:
+    before, left = rms(done.before), rms(expected(done))
+    value = f"{length(before)} → {length(left)}"
+    said = f"position error expected along {counted(len(done), 'point')} of the path (RMS)."
+    if contents.judged is not None:
+        value = f"{length(before)} → {length(rms(contents.judged))}"
+        said = (
+            f"position error of the true robot along {counted(len(done), 'point')} of the path "
+            f"(RMS); {length(left)} expected."
+        )
+    return Step("Compensated", "remaining", value, said)
+
+
+def _simulated(found: MonteCarlo) -> Step:
+    ratios = [plan.rms / plan.rho0 for plan in found.plans]
+    worst = max(ratios, key=lambda ratio: abs(np.log(ratio)))
+    said = (
+        f"root mean square error found in {found.number} virtual campaigns of each of "
+        f"{counted(len(found.plans), 'plan')}, where it differs most from the prediction."
+    )
+    return Step("Simulated", "monte-carlo", f"{number(worst)} ρ₀", said)
+
+
+def _alarms(contents: Contents) -> list[tuple[str, tuple[str, ...]]]:
+    """What forbids to go on, with what must not be done."""
+    found = []
+    if contents.plan is not None and contents.plan.assessment.violations:
+        said = "This plan breaks its constraints. Do not run it."
+        found.append((said, contents.plan.assessment.violations))
+    if contents.compensation is not None and alarms(contents.compensation):
+        found.append(("Do not run the corrected path.", alarms(contents.compensation)))
+    return found
 
 
 def _remarks(contents: Contents) -> tuple[str, ...]:
@@ -137,4 +180,5 @@ def _remarks(contents: Contents) -> tuple[str, ...]:
         if contents.validation.kept_aside:
             remarks += contents.validation.measurements.remarks
         remarks += validation_remarks(contents.validation)
+    remarks += [*compensation_remarks(contents), *monte_carlo_remarks(contents.monte_carlo)]
     return tuple(dict.fromkeys(remarks))

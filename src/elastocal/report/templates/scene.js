@@ -30,7 +30,7 @@
   function show(stage) {
     var card = stage.closest(".card"), box = stage.querySelector(".scene");
     var scene = JSON.parse(document.getElementById(stage.dataset.scene).textContent);
-    var chosen = "all";
+    var chosen = "all", alone = false;
 
     // A role with a switch of its own goes by that; the others by the chosen configuration.
     function switchedOn(role) {
@@ -40,6 +40,7 @@
 
     function shown(trace) {
       var role = trace.meta.role, own = String(trace.meta.group) === chosen;
+      if (alone && trace.meta.group >= 0) { return false; }
       if (role === "solid") { return chosen === "all" || own; }
       if (role === "ghost") { return chosen !== "all" && !own; }
       if (role === "crowd") { return chosen === "all" && scene.count > 1; }
@@ -58,6 +59,7 @@
 
     function choose(which) { chosen = which; refresh(); }
 
+    var ranges = ["x", "y", "z"].map(function (axis) { return scene.layout.scene[axis + "axis"].range.slice(); });
     stage.hidden = false;
     scene.layout.scene.camera = JSON.parse(JSON.stringify(views.corner));
     if (window.innerWidth < 640) { fitToPhone(scene); }
@@ -71,7 +73,14 @@
     });
     card.querySelectorAll("button[data-view]").forEach(function (button) {
       button.addEventListener("click", function () {
-        Plotly.relayout(box, { "scene.camera": views[button.dataset.view] });
+        var near = button.dataset.view === "near";
+        var change = { "scene.camera": views[near ? "corner" : button.dataset.view] };
+        ["x", "y", "z"].forEach(function (axis, i) {
+          if (scene.near) { change["scene." + axis + "axis.range"] = near ? scene.near[i] : ranges[i]; }
+        });
+        alone = near;
+        refresh();
+        Plotly.relayout(box, change);
       });
     });
     card.querySelectorAll("input[data-role]").forEach(function (input) {

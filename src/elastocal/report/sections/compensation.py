@@ -1,0 +1,230 @@
+"""Sections of a compensation: the path, what remains of the error, what the joints do for it.
+
+In: compensation, residuals of a true model if there are any. Out: sections.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from elastocal.arrays import Array
+from elastocal.compensation import Compensation
+from elastocal.load_case import LoadCases
+from elastocal.report.charts.lines import Line, error_chart, joint_chart
+from elastocal.report.contents import Contents
+from elastocal.report.layout import two_widths
+from elastocal.report.path_picture import magnification, path_picture
+from elastocal.report.picture import portrait
+from elastocal.report.scene import path_scene
+from elastocal.report.section import Part, Section
+from elastocal.report.stage import boxed, posed
+from elastocal.report.tables import Row, Table
+from elastocal.report.units import length, plain
+from elastocal.report.verdict import counted
+
+_NOTHING = 1e-9  # an error that is not worth a line [m]
+_MOST_ALARMS = 8
+
+
+def compensation_part(contents: Contents) -> Part | None:
+    """The sections of the compensation."""
+    done = contents.compensation
+    if done is None:
+        return None
+    path, scene = _path(contents, done)
+    sections = (
+        Section("path", "Path", path, scene),
+        Section("remaining", "What remains", _remaining(contents, done)),
+        Section("corrections", "Corrections", _corrections(done)),
+    )
+    return Part("Compensation", sections)
+
+
+def rms(error: Array) -> float:
+    """Root mean square length of errors (N, 3), or of lengths (N,) [m]; NaN is left out."""
+    size = error if error.ndim == 1 else np.linalg.norm(error, axis=1)
+    size = size[np.isfinite(size)]
+    return float(np.sqrt(np.mean(size**2))) if len(size) else float("nan")
+
+
+def expected(done: Compensation) -> Array:
+    """(N,) root mean square error expected at every point: uncertain model, imperfect rule [m]."""
+    return np.asarray(np.sqrt(done.rho0**2 + np.sum(done.after**2, axis=1)))
+
+
+def alarms(done: Compensation) -> tuple[str, ...]:
+    """What forbids to run the corrected path."""
+    said = []
+    lost, beyond = ~done.converged, done.beyond_limits.any(axis=1)
+    if lost.any():
+        said.append(f"{counted(int(lost.sum()), 'point')} of {len(done)} cannot be corrected")
+    if beyond.any():
+        said.append(
+            f"{counted(int(beyond.sum()), 'corrected point')} of {len(done)} would leave the "
+            "joint limits"
+        )
+    return tuple(said)
+
+
+def compensation_remarks(contents: Contents) -> tuple[str, ...]:
+    """What is weak in the compensation."""
+    done = contents.compensation
+    if done is None:
+        return ()
+    said = [f"path: {note}" for note in done.notes]
+    near = done.damped & done.converged
+    if near.any():
+        said.append(
+            f"path: the arm is nearly singular at {counted(int(near.sum()), 'point')}, where some "
+            "error may remain"
+        )
+    if contents.judged is not None and rms(contents.judged) > 2.0 * rms(expected(done)):
+        said.append(
+            f"path: with the true model {length(rms(contents.judged))} remain, more than twice "
+            f"what was expected, {length(rms(expected(done)))}"
+        )
+    return tuple(said)
+
+
+def _groups(done: Compensation) -> list[tuple[str, str]]:
+    """Points and what is said of them, points that share a sentence together."""
+    by_sentence: dict[str, list[int]] = {}
+    for i, sentence in enumerate(done.remarks):
+        if sentence:
+            by_sentence.setdefault(sentence, []).append(i + 1)
+    grouped = [(_ranges(points), sentence) for sentence, points in by_sentence.items()]
+    if len(grouped) > _MOST_ALARMS:
+        left = sum(len(p) for p in list(by_sentence.values())[_MOST_ALARMS:])
+        grouped = grouped[:_MOST_ALARMS]
+        grouped.append((counted(left, "further point"), "see the corrected path file"))
+    return grouped
+
+
+def _ranges(points: list[int]) -> str:
+    """Numbers in words: 'point 3', 'points 3 to 17, 20'."""
+    pieces: list[list[int]] = []
+    for point in points:
+        if pieces and point == pieces[-1][-1] + 1:
+            pieces[-1] = [pieces[-1][0], point]
+        else:
+            pieces.append([point])
+    shown = [str(p[0]) if len(p) == 1 else f"{p[0]} to {p[-1]}" for p in pieces[:6]]
+    more = " and more" if len(pieces) > 6 else ""
+    return f"point{'s' if len(points) > 1 else ''} {', '.join(shown)}{more}"
+
+
+def _path(contents: Contents, done: Compensation) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Pictures of the path and the 3D scene."""
+    wanted = done.target[:, :3, 3]
+    after, name = done.after, "with compensation, by the model"
+    if contents.judged is not None:
+        after, name = contents.judged, "with compensation, true robot"
+    before = np.linalg.norm(done.before, axis=1)
+    factor = magnification(float(np.nanmax(before, initial=0.0)), wanted)
+    lines = [("without compensation", "before", done.before), (name, "after", after)]
+    middle = len(done) // 2
+    robot, tool = done.arm.robot, done.arm.tool
+    cases = LoadCases(done.cases.q[middle : middle + 1], done.cases.wrench[middle : middle + 1])
+    figures = posed(robot, tool, cases, [f"{middle + 1}"])
+    bent = wanted + factor * done.before
+    bent = bent[np.isfinite(bent).all(axis=1)]
+    unnamed = (replace(figures[0], load=""),)  # the caption says the load
+    stage = boxed(unnamed, further=np.vstack([wanted, bent]))
+    corrected = wanted + factor * after
+    traces = {
+        "wanted": (wanted, "ink", 6),
+        "before": (bent, "contrast", 5),
+        "after": (corrected[np.isfinite(corrected).all(axis=1)], "accent", 5),
+    }
+    values = {
+        "magnification": plain(factor),
+        "picture": two_widths(lambda width: path_picture(wanted, lines, factor, min(width, 640.0))),
+        "portrait": portrait(figures[0], stage, lines=(wanted,)),
+        "point": middle + 1,
+        "load": figures[0].load,
+        "count": len(done),
+        "length": length(_length(wanted)),
+        "rule": done.rule,
+        "judged": contents.judged is not None,
+    }
+    return values, path_scene(stage, robot, traces)
+
+
+def _length(points: Array) -> float:
+    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+
+
+def _way(done: Compensation) -> tuple[Array, str]:
+    """Place of every point along the path, and what it is."""
+    steps = np.linalg.norm(np.diff(done.target[:, :3, 3], axis=0), axis=1)
+    if len(steps) and steps.min(initial=1.0) > 1e-7:
+        return 1e3 * np.concatenate([[0.0], np.cumsum(steps)]), "way along the path [mm]"
+    return np.arange(1.0, len(done) + 1.0), "point"
+
+
+def _remaining(contents: Contents, done: Compensation) -> dict[str, Any]:
+    """Errors along the path and their sizes."""
+    way, title = _way(done)
+    size = np.linalg.norm(done.before, axis=1)
+    lines = [Line("without compensation", "before", size)]
+    if contents.control is not None:
+        control = np.linalg.norm(contents.control, axis=1)
+        lines.append(Line("negative control: wrong sign", "control", control))
+    if contents.judged is not None:
+        judged = np.linalg.norm(contents.judged, axis=1)
+        lines.append(Line("with compensation, true robot", "after", judged))
+    own = np.linalg.norm(done.after, axis=1)
+    if np.nanmax(own, initial=0.0) > _NOTHING:
+        lines.append(Line(f"left by the {done.rule} rule", "rule", own))
+    lines.append(Line("expected, ρ₀", "expected", expected(done)))
+    rows = [_row(item.name, item.value) for item in lines]
+    inside = None
+    if contents.judged is not None:
+        judged = np.linalg.norm(contents.judged, axis=1)
+        there = np.isfinite(judged)
+        inside = int((judged[there] <= 2.0 * expected(done)[there]).sum()), int(there.sum())
+    return {
+        "chart": two_widths(
+            lambda width: error_chart(way, title, lines, 2.0 * expected(done), width)
+        ),
+        "table": Table(
+            ("Position error", "Root mean square", "Mean", "Median", "Largest"), tuple(rows)
+        ),
+        "alarms": alarms(done),
+        "groups": _groups(done),
+        "notes": compensation_remarks(contents),
+        "before": length(rms(done.before)),
+        "expected": length(rms(expected(done))),
+        "judged": None if contents.judged is None else length(rms(contents.judged)),
+        "inside": inside,
+        "control": None if contents.control is None else length(rms(contents.control)),
+        "exact": bool((done.model.covariance == 0.0).all()),
+    }
+
+
+def _row(name: str, size: Array) -> Row:
+    size = size[np.isfinite(size)]
+    if not len(size):
+        return Row((name, "–", "–", "–", "–"))
+    values = (rms(size), float(size.mean()), float(np.median(size)), float(size.max()))
+    return Row((name, *(length(value) for value in values)))
+
+
+def _corrections(done: Compensation) -> dict[str, Any]:
+    """What the joints do."""
+    way, title = _way(done)
+    robot = done.arm.robot
+    shift = robot.shown_scale * (done.q - done.cases.q)
+    units = ["mm" if slides else "°" for slides in robot.prismatic]
+    largest = np.nanmax(np.abs(shift), axis=0, initial=0.0)
+    most = int(np.argmax(np.where(robot.prismatic, 0.0, largest)))
+    return {
+        "chart": two_widths(
+            lambda width: joint_chart(way, title, shift, robot.joint_names, units, width)
+        ),
+        "most": robot.joint_names[most],
+        "steps": int(done.iterations.max(initial=0)),
+    }
