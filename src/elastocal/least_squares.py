@@ -50,7 +50,8 @@ def fit(rows: Array, values: Array, *, lower: Array | None = None) -> LinearFit:
 
     Source: paper eq. (6); Björck, Numerical Methods for Least Squares Problems, ch. 2.
     """
-    scale = 2.0 ** -np.round(np.log2(column_norms(rows)))  # a power of two rounds nothing
+    powers = np.round(np.log2(column_norms(rows))).astype(int)
+    scale = np.ldexp(np.ones(len(powers)), -powers)  # powers of two round nothing
     triangle, right, rest = _triangularised(rows, values, scale)
     if lower is None:
         scaled = _solved(triangle, right)

@@ -69,12 +69,12 @@ def compensate(
     if rule not in known:
         raise InputError(f"no rule {rule!r}; there are {', '.join(known)}")
     what = study_at(study)
-    robot, used = what.robot, _tool(what, tool)
+    robot, used = what.robot, task_tool(what, tool)
     compliances = merged_models([read_model(file, robot) for file in (model, *(more or []))])
     wrench = None
     if force_n is not None or torque_nm is not None:
         wrench = np.array([*(force_n or (0.0, 0.0, 0.0)), *(torque_nm or (0.0, 0.0, 0.0))])
-    task = read_path(path, robot, used, _start(what, used, start), wrench)
+    task = read_path(path, robot, used, start_of(what, used, start), wrench)
     arm = ElasticArm(robot, compliances.springs, used, what.gravity)
     done = known[rule](arm, compliances, task.cases)
     residual = None
@@ -129,7 +129,7 @@ def _refuse(done: Compensation, task: ToolPath) -> None:
             )
 
 
-def _tool(study: Study, name: str | None) -> Tool:
+def task_tool(study: Study, name: str | None) -> Tool:
     """The tool called `name`, else the one of all test poses."""
     posed = {pose.tool.name: pose.tool for pose in study.test_poses if pose.tool is not None}
     if name is None:
@@ -145,7 +145,7 @@ def _tool(study: Study, name: str | None) -> Tool:
     return tools[name]
 
 
-def _start(study: Study, tool: Tool, text: str | None) -> Array:
+def start_of(study: Study, tool: Tool, text: str | None) -> Array:
     """Configuration to start from: as named, else a test pose, with the same tool if possible."""
     import numpy as np
 

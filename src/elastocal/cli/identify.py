@@ -167,7 +167,7 @@ def validate(
                 f"{model}: was fitted to these measurements with a prior or known joints; leaving "
                 "experiments out in turn needs the same --prior and --known"
             )
-        again = _fitted_again(what, data, sections, model_at(prior, what), model_at(known, what))
+        again = fitted_again(what, data, sections, model_at(prior, what), model_at(known, what))
         found = leave_one_out(again, confidence=confidence)
     else:
         found = compare(what.arm, read_model(model, what.robot), data, confidence=confidence)
@@ -187,14 +187,15 @@ def model_at(path: Path | None, study: Study) -> ComplianceModel | None:
     return None if path is None else read_model(path, study.robot)
 
 
-def _fitted_again(
+def fitted_again(
     study: Study,
     data: Measurements,
     sections: dict[str, Any],
     prior: ComplianceModel | None,
     known: ComplianceModel | None,
+    confidence: float = 0.95,
 ) -> Identification:
-    """The fit that made a model, once more."""
+    """The fit that made a model, once more; by default settings if its `sections` do not say."""
     from elastocal.identification import identify as fit
     from elastocal.uncertainty import Fit
 
@@ -204,5 +205,6 @@ def _fitted_again(
         how.get("sigma", "known"),
         how.get("loss", "squares"),
         bool(how.get("nonnegative", False)),
+        confidence,
     )
     return fit(study.arm, data, chosen, prior=prior, known=known)

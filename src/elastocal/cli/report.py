@@ -1,4 +1,4 @@
-"""`report` and `demo`: show a plan as a page; the whole job on one example."""
+"""`report`: a campaign, as far as it has come, as a page."""
 
 from __future__ import annotations
 
@@ -13,16 +13,20 @@ from elastocal.cli.common import (
     app,
     guarded,
     progress,
-    study_at,
     study_of_plan,
-    template_path,
     writable,
 )
-from elastocal.cli.plan import bound, planned
+from elastocal.cli.identify import Known, Mapping, Prior
+from elastocal.cli.plan import bound
+from elastocal.cli.stages import Files, stages, virtual_campaigns
 from elastocal.errors import InputError
 
 if TYPE_CHECKING:
     from elastocal.planning import Plan
+
+Measured = Annotated[
+    list[Path] | None, typer.Option("--measurements", help="Measured deflections (CSV).")
+]
 
 
 @app.command()
@@ -37,9 +41,31 @@ def report(
     quick: Annotated[
         bool, typer.Option("--quick", help="Without the curves over experiments.")
     ] = False,
+    measurements: Measured = None,
+    model: Annotated[
+        Path | None, typer.Option(help="Model of them, or to be judged without them.")
+    ] = None,
+    mapping: Mapping = None,
+    prior: Prior = None,
+    known: Known = None,
+    validation: Annotated[
+        list[Path] | None, typer.Option(help="Measurements kept aside (CSV).")
+    ] = None,
+    path: Annotated[Path | None, typer.Option(help="Path of the task (CSV), as wanted.")] = None,
+    tool: Annotated[str | None, typer.Option(help="Tool, if the test poses have several.")] = None,
+    truth: Annotated[
+        Path | None, typer.Option(help="True compliances, to judge by; virtual campaigns only.")
+    ] = None,
+    campaigns: Annotated[
+        int | None, typer.Option(help="Virtual campaigns of this plan and those with --vs.")
+    ] = None,
+    confidence: Annotated[float, typer.Option(help="Confidence of the intervals.")] = 0.95,
     seed: Seed = 0,
 ) -> None:
-    """Show a plan as a page that works offline."""
+    """Show a campaign, as far as it has come, as a page that works offline.
+
+    Whatever follows the plan is computed again from the files that are named.
+    """
     from elastocal.assessment import assess
     from elastocal.evaluation import evaluate as judge
     from elastocal.io.proposal_file import read_proposal
@@ -47,7 +73,10 @@ def report(
     from elastocal.replanning import knowing
     from elastocal.study import with_count
 
-    writable(out, plan_file, *(vs or []))
+    files = Files(measurements or [], model, mapping, prior, known, validation or [], path, truth)
+    if campaigns is not None and truth is None:
+        raise InputError("--campaigns needs --truth: true compliances to simulate with")
+    writable(out, plan_file, *(vs or []), *files.all)
     what = study_of_plan(plan_file, study)
     proposal = read_proposal(plan_file, what)
     m = int(proposal.repeats.sum())
@@ -67,16 +96,29 @@ def report(
         study=what,
         via=proposal.via,
     )
-    others = {}
-    for path in vs or []:
-        other = read_proposal(path, what)
-        name = path.name if path.name not in others else str(path)
-        others[name] = assess(what, other.load_cases, other.repeats)
-    write_report(shown, out, others, quick, seed)
+    named = {}
+    for file in vs or []:
+        named[file.name if file.name not in named else str(file)] = file
+    proposed = {name: read_proposal(file, what) for name, file in named.items()}
+    others = {name: assess(what, o.load_cases, o.repeats) for name, o in proposed.items()}
+    further = stages(what, files, tool, confidence)
+    if campaigns is not None and truth is not None:
+        further["monte_carlo"] = virtual_campaigns(shown, named, truth, campaigns)
+    write_report(shown, out, others, quick, seed, further)
 
 
-def write_report(shown: Plan, out: Path, others: dict[str, Any], quick: bool, seed: int) -> None:
-    """Write the page of a plan, with random plans and, unless quick, curves beside it."""
+def write_report(
+    shown: Plan,
+    out: Path,
+    others: dict[str, Any],
+    quick: bool,
+    seed: int,
+    further: dict[str, Any] | None = None,
+) -> None:
+    """Write the page of a plan, with random plans and, unless quick, curves beside it.
+
+    `further` are the stages after the plan, as arguments of `report.html`.
+    """
     from elastocal.comparison import random_plans, trade_off
     from elastocal.io.files import write_text
     from elastocal.report import html
@@ -86,30 +128,5 @@ def write_report(shown: Plan, out: Path, others: dict[str, Any], quick: bool, se
         with progress("curves") as tell:
             curves = trade_off(shown.study, seed=seed, progress=tell)
     random = random_plans(shown.study, 2000, seed=seed)
-    write_text(out, html(shown, trade_off=curves, random=random, others=others))
+    write_text(out, html(shown, trade_off=curves, random=random, others=others, **(further or {})))
     print(f"wrote {out}")
-
-
-@app.command()
-@guarded
-def demo(
-    folder: Annotated[Path, typer.Argument(help="Folder to write to.")] = Path("demo"),
-    seed: Seed = 0,
-) -> None:
-    """Plan the KUKA KR 270 campaign of the paper: study, plan, run sheet, report."""
-    from elastocal.io.files import read_text, write_text
-    from elastocal.terminal.plans import show_plan
-
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be made ({error.strerror})") from None
-    study_path = folder / "study.yaml"
-    template = read_text(template_path())
-    if study_path.exists() and read_text(study_path) != template:
-        raise InputError(f"{study_path}: exists and is not the demo's; choose another folder")
-    write_text(study_path, template)
-    made = planned(study_at(study_path), folder / "plan.json", seed)
-    show_plan(made)
-    write_report(made, folder / "report.html", {}, False, seed)
-    print(f"wrote {study_path}, {folder / 'plan.json'}, {folder / 'plan.csv'}")

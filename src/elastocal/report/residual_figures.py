@@ -11,7 +11,7 @@ import numpy as np
 
 from elastocal.identification import Identification
 from elastocal.load_case import LoadCases
-from elastocal.report.charts.axes import cut
+from elastocal.report.charts.axes import shortened
 from elastocal.report.stage import Stage, Vector, boxed, posed
 from elastocal.report.units import length
 
@@ -58,6 +58,7 @@ def residual_figures(found: Identification) -> ResidualFigures:
     noise = float(np.sqrt(np.einsum("rii->", data.covariance) / (3.0 * len(data))))
     noise *= found.scale if found.how.sigma == "estimated" and np.isfinite(found.scale) else 1.0
     posed_figures, captions, thinned = [], [], False
+    short = shortened(data.names, 16)
     for figure, g in zip(figures, chosen.tolist(), strict=True):
         readings = np.flatnonzero(group == g)
         thinned |= len(readings) > _MOST_VECTORS
@@ -70,7 +71,7 @@ def residual_figures(found: Identification) -> ResidualFigures:
             for r in readings[np.argsort(-size[readings])][:_MOST_VECTORS]
         )
         posed_figures.append(replace(figure, vectors=vectors))
-        names = [data.names[i] for i in np.flatnonzero(found.configuration == g)]
+        names = [short[i] for i in np.flatnonzero(found.configuration == g)]
         captions.append(f"{_experiments(names)}: RMS {length(float(rms[g]))}")
     stage = boxed(tuple(posed_figures))
     return ResidualFigures(
@@ -79,12 +80,11 @@ def residual_figures(found: Identification) -> ResidualFigures:
 
 
 def _experiments(names: list[str]) -> str:
-    shown = [cut(name, 16) for name in names]
     if len(names) == 1:
-        return f"experiment {shown[0]}"
+        return f"experiment {names[0]}"
     if len(names) <= 4:
-        return f"experiments {', '.join(shown)}"
-    return f"{len(names)} experiments, {shown[0]} to {shown[-1]}"
+        return f"experiments {', '.join(names)}"
+    return f"{len(names)} experiments, {names[0]} to {names[-1]}"
 
 
 def _round(value: float) -> float:

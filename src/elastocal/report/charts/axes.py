@@ -26,6 +26,24 @@ def cut(name: str, most: int) -> str:
     return name if len(name) <= most else name[: most - 1] + "…"
 
 
+def shortened(names: Sequence[str], most: int) -> list[str]:
+    """Names of at most `most` letters; what all of them begin with gives way first."""
+    if max((len(name) for name in names), default=0) > most:
+        shared = _shared(names) if len(names) > 1 else 0
+        if shared > 2:
+            names = [f"…{name[shared:]}" for name in names]
+    return [cut(name, most) for name in names]
+
+
+def _shared(names: Sequence[str]) -> int:
+    """How many letters all names begin with."""
+    first, last = min(names), max(names)  # the two that differ soonest
+    for k, (a, b) in enumerate(zip(first, last, strict=False)):
+        if a != b:
+            return k
+    return 0
+
+
 def axis_below(
     scale: Scale, top: float, bottom: float, title: str, most: int = 6, *, last: bool = True
 ) -> list[Markup]:
@@ -61,7 +79,7 @@ def names_below(
     places: Sequence[float], names: Sequence[str], y: float, most: int = 9
 ) -> list[Markup]:
     """Names under places [px], as many as fit without touching."""
-    shown = [cut(name, most) for name in names]
+    shown = shortened(names, most)
     parts: list[Markup] = []
     edge = -np.inf
     for x, words in zip(places, shown, strict=True):
@@ -129,8 +147,7 @@ def named_points(
     """Names beside points (K, 2) of radii (K,) [px], first come first served, none over another."""
     taken: list[tuple[float, float, float]] = []
     parts: list[Markup] = []
-    for (x, y), name, r in zip(points, names, radius, strict=True):
-        words = cut(name, 14)
+    for (x, y), words, r in zip(points, shortened(names, 14), radius, strict=True):
         wide = width_of(words)
         left = x + r + 5.0 + wide > max(scale.start, scale.end)
         begin = x - r - 5.0 - wide if left else x + r + 5.0

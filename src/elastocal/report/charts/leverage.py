@@ -12,7 +12,7 @@ from markupsafe import Markup
 
 from elastocal.arrays import Array
 from elastocal.report.charts.axes import axis_below, axis_left, named_points
-from elastocal.report.svg import Scale, drawing, line, tag, text
+from elastocal.report.svg import Scale, drawing, line, tag
 
 _WIDTH, _HEIGHT = 400.0, 330.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 48.0, 390.0, 34.0, 282.0
@@ -39,7 +39,6 @@ def leverage_chart(
     parts = axis_below(across, _TOP, _BOTTOM, "leverage: how many unknowns it decides", 5)
     parts += axis_left(up, _LEFT, _RIGHT, "RMS residual when left out [σ]")
     parts.append(line(across(expected), _TOP, across(expected), _BOTTOM, "median"))
-    parts.append(text(across(expected) + 5.0, _BOTTOM - 6.0, "mean", "note"))
     radius = np.clip(14.0 * np.sqrt(weight), 2.5, 22.0)
     for i in reversed(order.tolist()):
         r = float(radius[i])

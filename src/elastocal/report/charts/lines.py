@@ -111,7 +111,7 @@ def joint_chart(
     for j, (name, unit) in enumerate(zip(names, units, strict=True)):
         largest = float(np.nanmax(np.abs(corrections[:, j]), initial=0.0))
         scale = Scale(-1.1 * most[unit], 1.1 * most[unit], y + _LANE - 8.0, y)
-        parts += axis_left(scale, left, right, most=3)
+        parts += axis_left(scale, left, right, most=4)
         parts.append(text(4.0, scale(0.0) - 2.0, cut(name, 11), "lane strong"))
         parts.append(text(4.0, scale(0.0) + 13.0, f"to {number(largest, 2)}\u00a0{unit}", "tick"))
         parts.append(line(left, scale(0.0), right, scale(0.0), "base"))

@@ -122,7 +122,8 @@ def _identified(found: Identification) -> Step:
     if np.isfinite(found.scale):
         sigma = promised(found)
         said += f" Noise found: σ = {length(found.scale * sigma)}, promised {length(sigma)}."
-    value = f"± {number(100.0 * float(relative[worst]), 2)} %"
+    largest = float(relative[worst])
+    value = f"± {number(100.0 * largest, 2)} %" if largest < 1.0 else "± over 100 %"
     return Step("Identified", "identification", value, said)
 
 
@@ -152,10 +153,10 @@ def _compensated(contents: Contents, done: Compensation) -> Step:
 def _simulated(found: MonteCarlo) -> Step:
     ratios = [plan.rms / plan.rho0 for plan in found.plans]
     worst = max(ratios, key=lambda ratio: abs(np.log(ratio)))
-    said = (
-        f"root mean square error found in {found.number} virtual campaigns of each of "
-        f"{counted(len(found.plans), 'plan')}, where it differs most from the prediction."
-    )
+    said = f"root mean square error found in {found.number} virtual campaigns"
+    if len(found.plans) > 1:
+        said += f" of each of {len(found.plans)} plans, where it differs most from the prediction"
+    said += "."
     return Step("Simulated", "monte-carlo", f"{number(worst)} ρ₀", said)
 
 
