@@ -81,7 +81,7 @@ def clearances(
         )
     if rules.itself:
         also = _outside_the_wrist(robot, tool, links, rules.margin)
-        pairs, left = self_pairs(robot, limits, solids, rules.ignore, also)
+        pairs, left = self_pairs(robot, limits, solids, rules.ignore, also, rules.margin)
         found.append(
             Clearance(ITSELF, pairs, rules.margin, motion_margin=rules.motion_margin, left_out=left)
         )

@@ -10,6 +10,7 @@ import trimesh
 
 from elastocal.cell import CollisionRules, clearances
 from elastocal.collision.chain import robot_solids
+from elastocal.collision.coal_distance import Placements
 from elastocal.collision.solid import bounding_capsule
 from elastocal.constraints import Clearance
 from elastocal.errors import InputError
@@ -152,12 +153,11 @@ def test_solids_of_every_kind_stay_inside_what_bounds_them(tmp_path: Path) -> No
     constraint = watched([wall], robot=robot)["wall"]
     posture = Posture(robot, configurations(50))
     everything = constraint.room(posture)
+    places = Placements(posture)
     for i in range(len(constraint.pairs)):
         first, second = constraint.pairs.of(i)
         for case in range(posture.count):
-            frame = np.eye(4)
-            frame[:3] = posture.bodies[first.body][:, :, case].T
-            each = constraint.pairs.coal(i)(frame, np.eye(4))[0]
+            each = constraint.pairs.coal(i)(places.at(first, case), places.at(second, case))[0]
             assert everything[case] <= each - 0.02 + 1e-6
     assert {second.name} == {"wall"}
 

@@ -9,6 +9,7 @@ import numpy as np
 from elastocal.arrays import Array
 from elastocal.collision.solid import Solid
 from elastocal.errors import InputError
+from elastocal.posture import Posture
 
 
 def coal() -> Any:
@@ -32,7 +33,6 @@ class PairDistance:
     def __init__(self, first: Solid, second: Solid) -> None:
         module = coal()
         self._solids = first, second
-        self._transform = module.Transform3s
         self._request = module.DistanceRequest()
         self._request.enable_signed_distance = True
         self._request.gjk_tolerance = 1e-7
@@ -40,24 +40,18 @@ class PairDistance:
         self._result = module.DistanceResult()
         self._distance = module.distance
         self._first, self._second = _geometry(module, first), _geometry(module, second)
-        self._poses = np.array(first.pose), np.array(second.pose)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return PairDistance, self._solids
 
-    def __call__(
-        self, T_base_first: Array, T_base_second: Array
-    ) -> tuple[float, Array, Array, Array]:
-        """Signed distance, points of both, direction that parts them; (4, 4) poses of bodies."""
-        one, two = T_base_first @ self._poses[0], T_base_second @ self._poses[1]
+    def __call__(self, first: Any, second: Any) -> tuple[float, Array, Array, Array]:
+        """Signed distance [m], nearest points of both, direction that parts them.
+
+        The arguments are where the two solids are, from `placements`.
+        """
         self._result.clear()
         distance = self._distance(
-            self._first,
-            self._transform(one[:3, :3], one[:3, 3]),
-            self._second,
-            self._transform(two[:3, :3], two[:3, 3]),
-            self._request,
-            self._result,
+            self._first, first, self._second, second, self._request, self._result
         )
         return (
             float(distance),
@@ -65,6 +59,33 @@ class PairDistance:
             self._result.getNearestPoint2(),
             -self._result.normal,
         )
+
+
+class Placements:
+    """Where solids are in N postures, as coal takes it; each is made when it is first asked for."""
+
+    def __init__(self, posture: Posture) -> None:
+        self._posture, self._transform = posture, coal().Transform3s
+        self._frames: dict[int, tuple[Array, Array]] = {}
+        self._fixed: dict[int, Any] = {}
+
+    def at(self, solid: Solid, case: int) -> Any:
+        """Place of a solid in one posture."""
+        if solid.body == 0:
+            if id(solid) not in self._fixed:
+                pose = np.array(solid.pose)
+                self._fixed[id(solid)] = self._transform(pose[:3, :3], pose[:3, 3])
+            return self._fixed[id(solid)]
+        if id(solid) not in self._frames:
+            # (4, 3, N) axes and origin of the body to (N, 3, 4), times the pose of the solid
+            frame = self._posture.bodies[solid.body].transpose(2, 1, 0)
+            placed = frame @ solid.pose
+            self._frames[id(solid)] = (
+                np.ascontiguousarray(placed[:, :, :3]),
+                np.ascontiguousarray(placed[:, :, 3]),
+            )
+        rotation, origin = self._frames[id(solid)]
+        return self._transform(rotation[case], origin[case])
 
 
 def _geometry(module: Any, solid: Solid) -> Any:

@@ -43,6 +43,7 @@ def self_pairs(
     solids: Sequence[Solid],
     ignore: Sequence[tuple[str, str]],
     also: Sequence[tuple[Solid, Solid]] = (),
+    margin: float = 0.0,
 ) -> tuple[Pairs, tuple[LeftOut, ...]]:
     """Pairs of solids of the robot itself, tool included, that are to be watched.
 
@@ -52,6 +53,7 @@ def self_pairs(
         solids: Solids of robot and tool.
         ignore: Pairs of names that the user leaves out.
         also: Further pairs of a new solid and one of `solids`.
+        margin: Pairs that are always nearer than this are left out, too [m].
     """
     index: list[tuple[int, int]] = []
     left: dict[tuple[str, str], str] = {}
@@ -66,18 +68,25 @@ def self_pairs(
         else:
             index.append((i, j) if a.body > b.body else (j, i))
     solids = list(solids)
+    posture = _random_posture(robot, limits)
+    # Bodies of several solids are judged as one: which of them are nearest may change.
+    groups: dict[tuple[str, str], list[tuple[int, int]]] = {}
+    for i, j in index:
+        groups.setdefault((solids[j].name, solids[i].name), []).append((i, j))
+    candidates = [(*names, group) for names, group in groups.items()]
     for new, known in also:
         if not ignored(new, known, ignore):
-            index.append((len(solids), next(i for i, s in enumerate(solids) if s is known)))
+            pair = len(solids), next(i for i, s in enumerate(solids) if s is known)
+            candidates.append((known.name, new.name, [pair]))
             solids.append(new)
-    posture = _random_posture(robot, limits)
     kept = []
-    for i, j in index:
-        gap = nearest(Pairs((solids[i], solids[j]), ((0, 1),)), posture, 0.0).value
-        if (gap < 0.0).all():
-            left[solids[j].name, solids[i].name] = "always touch"
+    for first, second, group in candidates:
+        gap = nearest(Pairs(tuple(solids), tuple(group)), posture, margin).value
+        if (gap < margin).all():
+            touch = bool((gap < 0.0).all())
+            left[first, second] = "always touch" if touch else "always nearer than the margin"
         else:
-            kept.append((i, j))
+            kept += group
     # Of two bodies of several solids each, some pairs may be watched and some left out.
     partly = {frozenset((solids[i].name, solids[j].name)) for i, j in kept}
     left_out = [LeftOut(*p, why) for p, why in left.items() if frozenset(p) not in partly]

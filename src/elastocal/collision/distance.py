@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from elastocal.arrays import Array, BoolArray, IntArray, frozen
-from elastocal.collision.coal_distance import PairDistance
+from elastocal.collision.coal_distance import PairDistance, Placements
 from elastocal.collision.segments import between_segments, segment_and_box
 from elastocal.collision.solid import Solid
 from elastocal.posture import Posture
@@ -208,26 +208,26 @@ class _Entries:
 def _measure(found: _Entries, pairs: Pairs, posture: Posture, value: Array) -> None:
     """Measure with coal what may still be the nearest of its posture; bounds rise, never fall."""
     best = value.min(axis=0)
-    frames: dict[tuple[int, int], Array] = {}
-
-    def frame(body: int, case: int) -> Array:
-        if (body, case) not in frames:
-            T = np.eye(4)
-            T[:3] = posture.bodies[body][:, :, case].T
-            frames[body, case] = T
-        return frames[body, case]
-
+    places = Placements(posture)
     open_ = np.flatnonzero(~found.exact)
-    for k in open_[np.argsort(found.value[open_], kind="stable")].tolist():
-        pair, case = int(found.pair[k]), int(found.case[k])
-        if found.value[k] >= best[case]:
+    order = open_[np.argsort(found.value[open_], kind="stable")]
+    entries = zip(
+        order.tolist(),
+        found.pair[order].tolist(),
+        found.case[order].tolist(),
+        found.value[order].tolist(),
+        strict=True,
+    )
+    for k, pair, case, bound in entries:
+        if bound >= best[case]:
             continue
         first, second = pairs.of(pair)
         distance, one, two, normal = pairs.coal(pair)(
-            frame(first.body, case), frame(second.body, case)
+            places.at(first, case), places.at(second, case)
         )
-        slack = found.distance[k] - found.value[k]
-        found.distance[k], found.value[k] = distance, distance - slack
+        exact = distance + bound - found.distance[k]  # the slack comes off it, too
+        found.distance[k], found.value[k] = distance, exact
         found.first[:, k], found.second[:, k], found.normal[:, k] = one, two, normal
-        value[pair, case] = min(found.value[k], value[pair, case])
-        best[case] = min(best[case], value[pair, case])
+        if exact < value[pair, case]:
+            value[pair, case] = exact
+            best[case] = min(best[case], exact)

@@ -62,7 +62,7 @@ def _hulls(path: Path, scale: tuple[float, ...]) -> tuple[Array, ...]:
         raise InputError(
             f"{path}: the mesh has {len(parts)} separate parts, more than {_PARTS}; simplify it"
         )
-    return tuple(frozen(_hull(part)) for part in parts)
+    return tuple(frozen(corners) for corners in _outermost([convex_hull(part) for part in parts]))
 
 
 def _read(path: Path) -> tuple[Array, IntArray]:
@@ -131,8 +131,8 @@ def _connected(vertices: Array, faces: IntArray) -> list[Array]:
     return np.split(points[order], cuts)
 
 
-def _hull(points: Array) -> Array:
-    """Corners of the convex hull; of a flat or straight part those of a box around it."""
+def convex_hull(points: Array) -> Array:
+    """(K, 3) corners of the hull of points (V, 3); of a flat part those of a box around it."""
     from scipy.spatial import ConvexHull, QhullError
 
     try:
@@ -143,4 +143,23 @@ def _hull(points: Array) -> Array:
         return np.where(corners == 1, high, low)
 
 
+def _outermost(parts: list[Array]) -> list[Array]:
+    """The parts that are not inside the hull of a larger one, as screws and fillings are."""
+    from scipy.spatial import ConvexHull
+
+    solids = sorted((ConvexHull(part) for part in parts), key=lambda hull: -hull.volume)
+    kept: list[ConvexHull] = []
+    for solid in solids:
+        corners = solid.points[solid.vertices]
+        if not any((_over(hull, corners) < _FLUSH).all() for hull in kept):
+            kept.append(solid)
+    return [hull.points[hull.vertices] for hull in kept]
+
+
+def _over(hull: Any, points: Array) -> Array:
+    """(V,) how far points lie over the planes of a hull [m]; none inside."""
+    return np.asarray((points @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=1))
+
+
+_FLUSH = 1e-3  # what stands out less than this [m] does not count as a part of its own
 _THIN = 5e-4  # half the thickness [m] that a sheet without any is given

@@ -11,8 +11,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from elastocal.arrays import Array, frozen, unset
-from elastocal.collision.mesh import hulls
+from elastocal.collision.mesh import convex_hull, hulls
 from elastocal.shapes import Shape
+
+LINK_PARTS = 3
+"""A link of more parts counts as one hull: covers and screws, that cost time and tell little."""
 
 
 @dataclass(frozen=True)
@@ -79,9 +82,11 @@ def solids_of(shape: Shape, name: str) -> list[Solid]:
         InputError: the mesh cannot be used.
     """
     if shape.kind == "mesh":
+        parts = hulls(shape)
+        if shape.body > 0 and len(parts) > LINK_PARTS:
+            parts = [convex_hull(np.vstack(parts))]
         return [
-            _bounded(name, shape.body, "hull", shape.size, shape.pose, corners)
-            for corners in hulls(shape)
+            _bounded(name, shape.body, "hull", shape.size, shape.pose, corners) for corners in parts
         ]
     if shape.kind in ("sphere", "capsule"):
         length = shape.size[1] if shape.kind == "capsule" else 0.0
