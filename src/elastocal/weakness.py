@@ -107,16 +107,17 @@ def _carried(found: Identification) -> Iterator[str]:
         if not joints:
             continue
         names = [found.measurements.names[i] for i in np.flatnonzero(found.configuration == g)]
-        what = "experiment" if len(names) == 1 else "the repeated experiments"
+        several = len(names) > 1
+        what, it = ("the repeated experiments", "them") if several else ("experiment", "it")
         worst = float(ratio[g, joints].max())
         grows = (
-            "without it nothing is known of them"
+            f"without {it} nothing is known of these joints"
             if np.isinf(worst)
-            else f"without it the standard errors are up to {worst:.2g} times as large"
+            else f"without {it} the standard errors are up to {worst:.2g} times as large"
         )
         yield (
             f"{_listed([found.identified[j] for j in joints])}: carried by {what} "
-            f"{_listed(names)}; {grows}, and no other load case checks it"
+            f"{_listed(names)}; {grows}, and no other load case checks {it}"
         )
 
 

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 GIVEN = ("study.yaml", "study_a1.yaml", "truth.json", "path.csv")
 _KEPT_ASIDE = 8  # random experiments to validate with
+_CAMPAIGNS = 2000
 
 
 @app.command()
@@ -54,9 +55,10 @@ def demo(
     judged = _validate(studies[0], whole.model, truth, folder / "validation.csv", rng)
     _say("5. Correct a milling path of 200 points for the process force")
     path = _compensate(studies[0], whole.model, truth, folder)
+    _say(f"6. Report, with {_CAMPAIGNS} campaigns like this one")
     further = {"identification": found, "validation": judged, "references": {"truth": truth}}
-    _say("6. Report")
-    write_report(made, folder / "report.html", {}, False, seed, further | path)
+    further |= path | _campaigns(made, truth, rng)
+    write_report(made, folder / "report.html", {}, False, seed, further)
     print(f"everything is in {folder}: " + ", ".join(sorted(p.name for p in folder.iterdir())))
 
 
@@ -157,18 +159,27 @@ def _compensate(
     study: Study, model: ComplianceModel, truth: ComplianceModel, folder: Path
 ) -> dict[str, Any]:
     """The corrected path, and what is left of its error on the true robot."""
-    from elastocal.compensation import compensate, residual
-    from elastocal.elastic_arm import ElasticArm
+    from elastocal.cli.compensate import start_of, task_tool
+    from elastocal.cli.stages import compensated
     from elastocal.io.corrected_file import write_corrected
     from elastocal.io.path_file import read_path
     from elastocal.terminal.compensations import show_compensation
 
-    pose = study.test_poses[0]
-    assert pose.tool is not None
-    assert pose.case is not None
-    task = read_path(folder / "path.csv", study.robot, pose.tool, pose.case.q[0])
-    done = compensate(ElasticArm(study.robot, model.springs, pose.tool), model, task.cases)
-    left = residual(ElasticArm(study.robot, truth.springs, pose.tool), truth, done)
-    write_corrected(done, task, folder / "corrected.csv")
-    show_compensation(done, task, left)
-    return {"compensation": done, "judged": left}
+    done = compensated(study, folder / "path.csv", model, truth, None)
+    tool = task_tool(study, None)
+    task = read_path(folder / "path.csv", study.robot, tool, start_of(study, tool, None))
+    write_corrected(done["compensation"], task, folder / "corrected.csv")
+    show_compensation(done["compensation"], task, done["judged"])
+    return done
+
+
+def _campaigns(plan: Plan, truth: ComplianceModel, rng: np.random.Generator) -> dict[str, Any]:
+    """Thousands of such campaigns, beside those of a random plan of as many experiments."""
+    import numpy as np
+
+    from elastocal.cli.stages import virtual_campaigns
+
+    space, count = plan.study.space, plan.count
+    random = space.load_cases(space.sample(count, rng))
+    others = {"a random plan": (random, np.ones(count, dtype=np.int64))}
+    return {"monte_carlo": virtual_campaigns(plan, others, truth, _CAMPAIGNS)}

@@ -68,6 +68,7 @@ def report(
     """
     from elastocal.assessment import assess
     from elastocal.evaluation import evaluate as judge
+    from elastocal.io.model_file import read_model
     from elastocal.io.proposal_file import read_proposal
     from elastocal.planning import Plan
     from elastocal.replanning import knowing
@@ -103,7 +104,9 @@ def report(
     others = {name: assess(what, o.load_cases, o.repeats) for name, o in proposed.items()}
     further = stages(what, files, tool, confidence)
     if campaigns is not None and truth is not None:
-        further["monte_carlo"] = virtual_campaigns(shown, named, truth, campaigns)
+        model_true = read_model(truth, what.robot)
+        plans = {name: (o.load_cases, o.repeats) for name, o in proposed.items()}
+        further["monte_carlo"] = virtual_campaigns(shown, plans, model_true, campaigns)
     write_report(shown, out, others, quick, seed, further)
 
 

@@ -9,8 +9,11 @@ from typing import TYPE_CHECKING, Any
 from elastocal.errors import InputError
 
 if TYPE_CHECKING:
+    from elastocal.arrays import IntArray
     from elastocal.compliance_model import ComplianceModel
     from elastocal.identification import Identification
+    from elastocal.load_case import LoadCases
+    from elastocal.monte_carlo import MonteCarlo
     from elastocal.planning import Plan
     from elastocal.study import Study
     from elastocal.validation import Validation
@@ -61,7 +64,7 @@ def stages(study: Study, files: Files, tool: str | None, confidence: float) -> d
     if files.path is not None:
         if model is None:
             raise InputError(f"{files.path}: a path needs --measurements or --model to correct it")
-        shown |= _compensated(study, files.path, model, truth, tool)
+        shown |= compensated(study, files.path, model, truth, tool)
     return shown
 
 
@@ -74,22 +77,16 @@ def _with(model: ComplianceModel | None, known: ComplianceModel | None) -> Compl
     return merged_models([model, known])
 
 
-def virtual_campaigns(plan: Plan, others: dict[str, Path], truth: Path, number: int) -> Any:
-    """Many virtual campaigns of the plan and of others."""
+def virtual_campaigns(
+    plan: Plan, others: dict[str, tuple[LoadCases, IntArray]], truth: ComplianceModel, number: int
+) -> MonteCarlo:
+    """Many virtual campaigns of the plan and of others: load cases with repeats, by name."""
     from elastocal.cli.common import progress
-    from elastocal.io.model_file import read_model
-    from elastocal.io.proposal_file import read_proposal
     from elastocal.monte_carlo import campaigns
 
-    study = plan.study
-    named = {"this plan": (plan.load_cases, plan.repeats)}
-    for name, path in others.items():
-        other = read_proposal(path, study)
-        named[name] = (other.load_cases, other.repeats)
+    named = {"this plan": (plan.load_cases, plan.repeats)} | others
     with progress("campaigns") as tell:
-        return campaigns(
-            study, read_model(truth, study.robot), named, number, seed=plan.seed, progress=tell
-        )
+        return campaigns(plan.study, truth, named, number, seed=plan.seed, progress=tell)
 
 
 def _identified(
@@ -163,7 +160,7 @@ def _validated(
     return validate(study.arm, model, kept, confidence=confidence)
 
 
-def _compensated(
+def compensated(
     study: Study,
     path: Path,
     model: ComplianceModel,
