@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from elastocal.study import Study
 
 app = typer.Typer(
-    help="Plan elastostatic calibration experiments for robot arms, with a proof of quality.",
+    help="Elastostatic calibration of robot arms: plan, identify, validate, compensate.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -65,7 +65,7 @@ def main(
         bool, typer.Option("--version", help="Show the version.", callback=_version, is_eager=True)
     ] = False,
 ) -> None:
-    """Plan elastostatic calibration experiments for robot arms, with a proof of quality."""
+    """Elastostatic calibration of robot arms: plan, identify, validate, compensate."""
 
 
 def study_at(path: Path) -> Study:
