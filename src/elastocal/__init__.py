@@ -1,7 +1,8 @@
 """elastocal: elastostatic calibration of robot arms, from the plan to the corrected path.
 
 The public names, in the order of the work: get a robot and a study, look at it, plan, judge,
-compare, measure, identify, validate, compensate, simulate, export, show. Modules are loaded when a name is first used, so that importing is instant.
+compare, measure, identify, validate, compensate, simulate, export, show. Modules are loaded when
+a name is first used, so that importing is instant.
 """
 
 from __future__ import annotations
