@@ -16,6 +16,7 @@ from elastocal.errors import InputError
 from elastocal.identification import identify
 from elastocal.load_case import LoadCases
 from elastocal.measurement import chosen
+from elastocal.report.charts.axes import shortened
 from elastocal.report.charts.correlation import _colour
 from elastocal.report.charts.strips import Strips
 from elastocal.report.contents import Contents
@@ -352,6 +353,20 @@ def test_nothing_to_show_is_refused() -> None:
 def test_same_values_same_report() -> None:
     found = identified("three-link")
     assert report.html(identification=found) == report.html(identification=found)
+
+
+def test_remarks_say_which_readings_they_are_about() -> None:
+    found = validated("three-link")
+    odd = replace(found, measurements=replace(found.measurements, remarks=("row 3 is odd",)))
+    top = visible(report.html(validation=odd).split("<nav")[0])
+    assert "readings kept aside: row 3 is odd" in top
+
+
+def test_long_names_keep_what_tells_them_apart() -> None:
+    names = [f"morning shift, experiment {i}" for i in range(8, 12)]
+    assert shortened(names, 9) == ["…8", "…9", "…10", "…11"]
+    assert shortened(["a", "b"], 9) == ["a", "b"]
+    assert shortened(["a name that is long"], 9) == ["a name t…"]
 
 
 @pytest.mark.parametrize(

@@ -179,7 +179,8 @@ def _remarks(contents: Contents) -> tuple[str, ...]:
         remarks += [*found.measurements.remarks, *found.remarks]
     if contents.validation is not None:
         if contents.validation.kept_aside:
-            remarks += contents.validation.measurements.remarks
+            kept = contents.validation.measurements.remarks
+            remarks += [f"readings kept aside: {remark}" for remark in kept]
         remarks += validation_remarks(contents.validation)
     remarks += [*compensation_remarks(contents), *monte_carlo_remarks(contents.monte_carlo)]
     return tuple(dict.fromkeys(remarks))
