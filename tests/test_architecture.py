@@ -14,6 +14,9 @@ MODULES = sorted(SOURCE.rglob("*.py"))
 OUTSIDE = {"io", "report", "viewer", "cli", "terminal", "__main__"}
 # What the design core may use of the rest: array types. It knows no robot.
 DESIGN_MAY_IMPORT = {"elastocal.arrays", "elastocal.errors", "elastocal.design"}
+# Fitting neither; a matrix is scaled there as here.
+FITTING_MAY_IMPORT = {"elastocal.arrays", "elastocal.errors", "elastocal.fitting"}
+FITTING_MAY_IMPORT |= {"elastocal.design.criterion"}
 GEOMETRY_MAY_NOT_IMPORT = {"elastocal.design", "elastocal.study", "elastocal.planning"}
 LONGEST = 400
 
@@ -53,6 +56,11 @@ def test_the_core_does_not_look_out(path: Path) -> None:
 @pytest.mark.parametrize("path", sorted((SOURCE / "design").glob("*.py")), ids=name_of)
 def test_the_design_core_knows_no_robot(path: Path) -> None:
     assert not {name for name in imports(path) if not within(name, DESIGN_MAY_IMPORT)}
+
+
+@pytest.mark.parametrize("path", sorted((SOURCE / "fitting").glob("*.py")), ids=name_of)
+def test_fitting_knows_no_robot(path: Path) -> None:
+    assert not {name for name in imports(path) if not within(name, FITTING_MAY_IMPORT)}
 
 
 @pytest.mark.parametrize(

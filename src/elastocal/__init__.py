@@ -83,7 +83,7 @@ _PUBLIC = {
     "MonteCarlo": "elastocal.monte_carlo",
     "read_model": "elastocal.io.model_file",
     "write_model": "elastocal.io.model_file",
-    "campaign_program": "elastocal.campaign",
+    "campaign_program": "elastocal.campaign_program",
     "path_program": "elastocal.robot_program",
     "export": "elastocal.io.exports",
     "html": "elastocal.report",

@@ -15,10 +15,10 @@ from elastocal.elastic_arm import ElasticArm
 from elastocal.elastostatics import regressor
 from elastocal.equilibrium import linearise, markers_at
 from elastocal.errors import InputError
-from elastocal.least_squares import LinearFit, fit
+from elastocal.fitting.least_squares import LinearFit, fit
+from elastocal.fitting.robust import Bisquare, Huber, Loss, Squares, robust_scale
 from elastocal.load_case import LoadCases
 from elastocal.measurement import Measurements
-from elastocal.robust import Bisquare, Huber, Loss, Squares, robust_scale
 
 _CHUNK = 2048  # load cases evaluated at once: what stays in the cache
 _MOST_STEPS = 60

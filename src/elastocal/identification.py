@@ -7,7 +7,7 @@ regressor of the paper is there by name.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -16,13 +16,14 @@ from elastocal.compliance_model import ComplianceModel
 from elastocal.elastic_arm import ElasticArm
 from elastocal.elastostatics import merged, subset
 from elastocal.errors import IdentifiabilityError, InputError
+from elastocal.fitting.goodness import LackOfFit, lack_of_fit
+from elastocal.fitting.influence import Influence, influence, reordered
+from elastocal.fitting.least_squares import column_norms, unseen
+from elastocal.fitting.robust import LOSSES
 from elastocal.gauss_newton import Problem, Solution, solve_equilibrium, solve_linear
-from elastocal.goodness import LackOfFit, lack_of_fit
-from elastocal.influence import Influence, influence, reordered
-from elastocal.least_squares import column_norms, unseen
 from elastocal.measurement import Measurements
-from elastocal.robust import LOSSES
 from elastocal.uncertainty import Fit, covariance_of, noise, quantile
+from elastocal.weakness import weaknesses
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,7 @@ class Identification:
         iterations: Gauss-Newton steps.
         measurements: What was fitted.
         arm: The robot with all springs of the model and the measured tool.
+        remarks: Sentences on what is weak in this result; none if nothing is.
     """
 
     model: ComplianceModel
@@ -74,6 +76,7 @@ class Identification:
     iterations: int
     measurements: Measurements = field(repr=False)
     arm: ElasticArm = field(repr=False)
+    remarks: tuple[str, ...] = ()
 
     @property
     def index(self) -> list[int]:
@@ -97,13 +100,6 @@ class Identification:
         error = np.sqrt(np.diagonal(covariance))
         scale = np.where(error > 0.0, 1.0 / np.where(error > 0.0, error, 1.0), 0.0)
         return np.asarray(covariance * np.outer(scale, scale))
-
-    @property
-    def remarks(self) -> tuple[str, ...]:
-        """Sentences on what is weak in this result."""
-        from elastocal.weakness import weaknesses
-
-        return weaknesses(self)
 
 
 def identify(
@@ -153,7 +149,7 @@ def identify(
     configuration, influences, left_out = _influences(problem, found)
     scaled = found.fit.triangle / column_norms(found.fit.triangle)
     _, values, vectors = np.linalg.svd(scaled)
-    return Identification(
+    result = Identification(
         model=model,
         identified=names,
         how=how,
@@ -181,6 +177,7 @@ def identify(
         measurements=measurements,
         arm=problem.arm,
     )
+    return replace(result, remarks=weaknesses(result))
 
 
 def _problem(

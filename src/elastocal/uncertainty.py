@@ -13,9 +13,9 @@ import numpy as np
 from elastocal.arrays import Array
 from elastocal.compliance_model import ComplianceModel
 from elastocal.errors import IdentifiabilityError, InputError
+from elastocal.fitting.least_squares import column_norms
+from elastocal.fitting.robust import LOSSES, inflation, robust_scale
 from elastocal.gauss_newton import Problem, Solution
-from elastocal.least_squares import column_norms
-from elastocal.robust import LOSSES, inflation, robust_scale
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from elastocal.arrays import Array, frozen
 from elastocal.compliance_model import ComplianceModel
 from elastocal.elastic_arm import ElasticArm
 from elastocal.equilibrium import deflection_and_gradient
-from elastocal.goodness import p_value_chi_square
+from elastocal.fitting.goodness import p_value_chi_square
 from elastocal.identification import Identification
 from elastocal.measurement import Measurements
 from elastocal.uncertainty import quantile

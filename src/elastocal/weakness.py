@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from elastocal.goodness import p_value_chi_square
+from elastocal.fitting.goodness import p_value_chi_square
 
 if TYPE_CHECKING:
     from elastocal.identification import Identification

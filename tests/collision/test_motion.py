@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from elastocal.campaign import campaign_program
+from elastocal.campaign_program import campaign_program
 from elastocal.cell import CollisionRules, clearances
 from elastocal.detour import detours, refuse_home, way_around
 from elastocal.elastostatics import joint_springs

@@ -51,7 +51,7 @@ def export(
     """Write the plan as a robot program; refuse a plan that breaks a constraint."""
     import numpy as np
 
-    from elastocal.campaign import campaign_program
+    from elastocal.campaign_program import campaign_program
     from elastocal.io.exports import Settings
     from elastocal.io.proposal_file import read_proposal
 

@@ -8,7 +8,7 @@ import numpy as np
 
 import elastocal as ec
 from elastocal.arrays import Array
-from elastocal.campaign import campaign_program
+from elastocal.campaign_program import campaign_program
 from elastocal.elastostatics import joint_springs
 from elastocal.instrument import Isotropic
 from elastocal.io.exports import WRITERS, export

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import elastocal as ec
-from elastocal.campaign import campaign_program
+from elastocal.campaign_program import campaign_program
 from elastocal.errors import InputError
 from elastocal.io.exports import WRITERS, Settings, export
 from elastocal.robot_program import RobotProgram

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from elastocal.campaign import campaign_program
+from elastocal.campaign_program import campaign_program
 from elastocal.coupling import coupling
 from elastocal.errors import InputError
 from elastocal.io.exports import ENDINGS, WRITERS, Settings, export

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from elastocal.campaign import STANDARD_GRAVITY, campaign_program, load_text
+from elastocal.campaign_program import STANDARD_GRAVITY, campaign_program, load_text
 from elastocal.constraints import HalfSpace
 from elastocal.errors import InfeasibleError, InputError
 from elastocal.load_case import LoadCases

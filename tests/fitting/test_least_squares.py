@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from elastocal.arrays import Array
-from elastocal.least_squares import column_norms, fit, unseen
-from tests.nist import DATASETS
+from elastocal.fitting.least_squares import column_norms, fit, unseen
+from tests.fitting.nist import DATASETS
 
 # Correct digits wanted. For Filip double precision sets the limit: the condition of its scaled
 # columns is 5e9, and its powers of x are rounded before anything is solved; 7.6 are reached.

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import chi
 
-from elastocal.robust import LOSSES, Bisquare, Huber, inflation, robust_scale
+from elastocal.fitting.robust import LOSSES, Bisquare, Huber, inflation, robust_scale
 
 DENSITY = chi(3).pdf
 

@@ -1,0 +1,1 @@
+"""Fitting: rows, values, losses, influence. Nothing here knows a robot."""
