@@ -145,12 +145,14 @@ def _validate(
     """Random experiments the model has not seen, and how well it predicts them."""
     import numpy as np
 
+    from elastocal.io.measurements.suspicious import kept_aside
     from elastocal.terminal.identifications import show_validation
     from elastocal.validation import validate
 
     cases = study.space.load_cases(study.space.sample(_KEPT_ASIDE, rng))
     once = np.ones(len(cases), dtype=np.int64)
-    judged = validate(study.arm, model, _measured(study, truth, cases, once, out, rng))
+    data = kept_aside(_measured(study, truth, cases, once, out, rng), study)
+    judged = validate(study.arm, model, data)
     show_validation(judged)
     return judged
 

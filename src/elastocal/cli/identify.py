@@ -151,6 +151,7 @@ def validate(
 ) -> None:
     """Compare a model with experiments; with those it was made from, each is left out in turn."""
     from elastocal.io.identification_section import validation_document
+    from elastocal.io.measurements.suspicious import kept_aside
     from elastocal.io.model_file import model_sections, read_model
     from elastocal.validation import Validation, leave_one_out
     from elastocal.validation import validate as compare
@@ -170,6 +171,7 @@ def validate(
         again = fitted_again(what, data, sections, model_at(prior, what), model_at(known, what))
         found = leave_one_out(again, confidence=confidence)
     else:
+        data = kept_aside(data, what)
         found = compare(what.arm, read_model(model, what.robot), data, confidence=confidence)
     if as_json:
         print_json(validation_document(found))

@@ -142,6 +142,7 @@ def _validated(
 ) -> Validation | None:
     """On what was kept aside, else each experiment left out in turn."""
     from elastocal.cli.identify import readings
+    from elastocal.io.measurements.suspicious import kept_aside
     from elastocal.validation import leave_one_out, validate
 
     if not files.validation:
@@ -151,7 +152,7 @@ def _validated(
             f"{files.validation[0]}: validation needs --measurements or --model, to have something "
             "to validate"
         )
-    kept = readings(study, files.validation, files.mapping)
+    kept = kept_aside(readings(study, files.validation, files.mapping), study)
     if found is not None and kept.sha256 and kept.sha256 == found.measurements.sha256:
         raise InputError(
             f"{files.validation[0]}: these are the measurements the model was made from; leave "

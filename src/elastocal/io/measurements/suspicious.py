@@ -158,9 +158,19 @@ def _counts(found: Measurements, study: Study) -> Iterator[str]:
     unseen = sorted(set(range(len(found.tool.markers))) - set(np.unique(found.marker).tolist()))
     if unseen:
         yield f"marker {found.tool.marker_names[unseen[0]]!r} was never measured"
+    if len(found.cases) < study.experiments.count:
+        yield _unfinished(found, study)
+
+
+def _unfinished(found: Measurements, study: Study) -> str:
     planned = study.experiments.count
-    if len(found.cases) < planned:
-        yield f"{len(found.cases)} of the {planned} experiments of the study are in the file"
+    return f"{len(found.cases)} of the {planned} experiments of the study are in the file"
+
+
+def kept_aside(found: Measurements, study: Study) -> Measurements:
+    """Readings that are not the campaign of the study: their number is no matter."""
+    said = _unfinished(found, study)
+    return replace(found, remarks=tuple(remark for remark in found.remarks if remark != said))
 
 
 def _cases_of(found: Measurements, readings: Any) -> BoolArray:
