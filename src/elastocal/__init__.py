@@ -57,6 +57,7 @@ _PUBLIC = {
     "evaluate": "elastocal.evaluation",
     "random_plans": "elastocal.comparison",
     "trade_off": "elastocal.comparison",
+    "time_trade_off": "elastocal.time_curves",
     "ElasticArm": "elastocal.elastic_arm",
     "equilibrium": "elastocal.equilibrium",
     "loaded_deflection": "elastocal.equilibrium",

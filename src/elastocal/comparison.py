@@ -17,8 +17,9 @@ from elastocal.criteria import mean_test_pose
 from elastocal.design.exact import Effort
 from elastocal.design.space import information
 from elastocal.errors import IdentifiabilityError
-from elastocal.planning import plan
+from elastocal.planning import Plan, plan
 from elastocal.study import Study, with_count
+from elastocal.time_curves import TimeCurve, curve_of, time_trade_off
 
 LIGHT = Effort(batch=48, generations=6, patience=2, islands=1)
 """A shorter search: a curve needs many plans, each within about a tenth of a percent."""
@@ -34,6 +35,7 @@ class TradeOff:
         bound: (K,) no plan of as many experiments has a smaller ρ0 [m]; NaN if unknown.
         configurations: (L,) numbers of distinct configurations, at the study's own count.
         rho0_configurations: (L,) ρ0 of a plan for each [m].
+        by_time: ρ0 over hours, with few, the study's own and any number of configurations.
     """
 
     counts: IntArray
@@ -41,6 +43,7 @@ class TradeOff:
     bound: Array
     configurations: IntArray
     rho0_configurations: Array
+    by_time: tuple[TimeCurve, ...] = ()
 
 
 def trade_off(
@@ -66,6 +69,7 @@ def trade_off(
     limits = range(1, min(own, most_configurations) + 1)
     steps = len(wanted) + len(limits)
     kept: list[tuple[int, float, float]] = []
+    many: list[Plan] = []
     bound = lower_bound(study, np.random.default_rng(seed)) if not np.any(study.prior) else None
     for i, m in enumerate(wanted):
         tell(f"{m} experiments", i / steps)
@@ -76,6 +80,7 @@ def trade_off(
             continue
         lowest = found.certificate.lower_bound if study.criterion == "test-pose" else np.nan
         kept.append((m, found.assessment.rho0, lowest))
+        many.append(found)
     few: list[tuple[int, float]] = []
     for i, s in enumerate(limits):
         tell(f"{s} configurations", (len(wanted) + i) / steps)
@@ -84,6 +89,17 @@ def trade_off(
         except IdentifiabilityError:
             continue
         few.append((s, found.assessment.rho0))
+    tell("hours", 0.95)
+    # The fewest configurations that will do, and as many as the study wants.
+    limited = {s for s, _ in few[:1]} | {study.experiments.max_configurations} - {None}
+    by_time = time_trade_off(
+        study,
+        configurations=sorted(s for s in limited if s is not None),
+        counts=(max(own // 2, 1), own, 2 * own),
+        seed=seed,
+        effort=LIGHT,
+        bound=bound,
+    )
     tell("trade-off", 1.0)
     table, short = np.array(kept).reshape(-1, 3), np.array(few).reshape(-1, 2)
     return TradeOff(
@@ -92,6 +108,7 @@ def trade_off(
         bound=frozen(table[:, 2]),
         configurations=frozen(short[:, 0], np.int64),
         rho0_configurations=frozen(short[:, 1]),
+        by_time=(*by_time, curve_of(many, None)) if many else by_time,
     )
 
 

@@ -53,6 +53,13 @@ def of_configurations(trade_off: TradeOff) -> str:
     return f"{below}{count} {noun} within 1 % of the best; more would only cost setting-up time."
 
 
+def of_hours(plan: Plan) -> str:
+    """What the hours are made of."""
+    times = plan.schedule
+    parts = ", ".join(f"{number(minutes, 3)} min {what}" for what, minutes in times.minutes.items())
+    return f"This plan: about {number(times.hours, 2)} h, of it {parts}."
+
+
 def of_peak(certificate: Certificate) -> str:
     """What the peak of the sensitivity function says."""
     excess = certificate.peak_ratio - 1.0

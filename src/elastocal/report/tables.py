@@ -26,6 +26,7 @@ from elastocal.report.units import (
     vector,
     words,
 )
+from elastocal.visibility import visibility
 
 _MOST_SUPPORT = 8
 
@@ -96,6 +97,24 @@ def margins(plan: Plan) -> Table:
         share = _share(near.margin / largest[near.unit]) if not state else 0.0
         rows.append(Row((str(i + 1), words(near.name), shown), share, state))
     return Table(("No.", "Nearest constraint", "Room left"), tuple(rows))
+
+
+def view(plan: Plan) -> Table | None:
+    """Which marker the tracker sees in which configuration; None if there is no tracker."""
+    seen = visibility(plan.study, plan.load_cases)
+    if seen is None:
+        return None
+    rows = []
+    longest = float(seen.range.max(initial=0.0))
+    for i in range(seen.seen.shape[1]):
+        for k, marker in enumerate(seen.markers):
+            angle = np.degrees(seen.incidence[k, i])
+            shown = fixed(float(angle), 1) + "°" if np.isfinite(angle) else "–"
+            told = "seen" if seen.seen[k, i] else f"not seen: {words(seen.broken[k][i])}"
+            cells = (str(i + 1), marker, f"{fixed(float(seen.range[k, i]), 3)} m", shown, told)
+            state = "" if seen.seen[k, i] else "broken"
+            rows.append(Row(cells, _share(seen.range[k, i] / longest), state))
+    return Table(("No.", "Marker", "Range", "Off its axis", "Tracker"), tuple(rows))
 
 
 def support(plan: Plan) -> Table | None:

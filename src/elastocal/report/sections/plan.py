@@ -19,6 +19,7 @@ from elastocal.planning import Plan
 from elastocal.report import captions, tables
 from elastocal.report.charts.comparison import comparison_chart
 from elastocal.report.charts.curve import curve_chart
+from elastocal.report.charts.hours import hours_chart
 from elastocal.report.charts.ranges import range_chart
 from elastocal.report.contents import Contents
 from elastocal.report.layout import two_widths
@@ -42,6 +43,7 @@ def plan_part(contents: Contents, *, alone: bool) -> Part | None:
     constraints = {
         "ranges": two_widths(lambda width: range_chart(plan, width)),
         "margins": tables.margins(plan),
+        "view": tables.view(plan),
     }
     sheet = {
         **about,
@@ -117,6 +119,9 @@ def _trade_off(plan: Plan, trade_off: TradeOff) -> list[tuple[str, Markup, str]]
         )
         said = captions.of_configurations(trade_off)
         curves.append(("More or fewer configurations", chart, said))
+    if trade_off.by_time:
+        chart = hours_chart(trade_off.by_time, (plan.schedule.hours, own))
+        curves.append(("Accuracy against time", chart, captions.of_hours(plan)))
     return curves
 
 
