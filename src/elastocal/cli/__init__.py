@@ -10,7 +10,17 @@ from elastocal.cli.common import app
 
 __all__ = ["app"]
 
-FAMILIES = ("study", "plan", "export", "simulate", "identify", "compensate", "report", "demo")
+FAMILIES = (
+    "study",
+    "plan",
+    "export",
+    "simulate",
+    "identify",
+    "compensate",
+    "report",
+    "view",
+    "demo",
+)
 """Modules of this folder, in the order in which --help lists their commands."""
 
 for family in FAMILIES:

@@ -42,6 +42,18 @@ def hulls(shape: Shape) -> list[Array]:
     return list(_hulls(shape.mesh, tuple(float(factor) for factor in shape.size)))
 
 
+def triangles(shape: Shape) -> tuple[Array, IntArray]:
+    """Vertices (V, 3) [m] in the mesh's frame, and triangles (F, 3), to draw a mesh with.
+
+    Raises:
+        InputError: no file, too large, not a mesh, or not finite.
+    """
+    if shape.mesh is None:
+        raise InputError(f"the mesh {shape.source or shape.name!r} of {shape.name!r} was not found")
+    vertices, faces = _read(shape.mesh)
+    return np.asarray(vertices * shape.size), faces
+
+
 @lru_cache(maxsize=256)
 def _hulls(path: Path, scale: tuple[float, ...]) -> tuple[Array, ...]:
     vertices, faces = _read(path)

@@ -1,0 +1,81 @@
+"""`view`: the robot of a study in a local web page."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from elastocal.cli.common import StudyPath, app, guarded, study_at
+
+if TYPE_CHECKING:
+    from elastocal.study import Study
+    from elastocal.viewer.subject import Subject
+
+
+@app.command()
+@guarded
+def view(
+    study: StudyPath,
+    plan: Annotated[
+        Path | None, typer.Option(help="Plan to step through (JSON or CSV).", show_default=False)
+    ] = None,
+    model: Annotated[
+        list[Path] | None,
+        typer.Option(help="Compliances, to show deflections; several for different joints."),
+    ] = None,
+    port: Annotated[int, typer.Option(help="Port on this machine.", min=1, max=65535)] = 8080,
+    no_browser: Annotated[
+        bool, typer.Option("--no-browser", help="Do not open the page in a browser.")
+    ] = False,
+) -> None:
+    """Show the robot, its plan and its deflections in a web page on this machine only."""
+    from elastocal.compliance_model import merged_models
+    from elastocal.io.model_file import read_model
+    from elastocal.viewer.live import serve
+    from elastocal.viewer.local_server import check_port, viser_module
+
+    viser_module()
+    check_port(port)
+    shown = _subject(study_at(study), plan)
+    if model:
+        robot = shown.study.robot
+        compliances = merged_models([read_model(file, robot) for file in model])
+        shown = replace(shown, model=compliances)
+
+    def ready(address: str) -> None:
+        print(f"showing {study} at {address} (this machine only); Ctrl-C to stop", flush=True)
+        if not no_browser:
+            import webbrowser
+
+            webbrowser.open(address)
+
+    serve(shown, port, ready)
+    print("\nstopped")
+
+
+def _subject(study: Study, plan: Path | None) -> Subject:
+    """The study with the poses of a plan, and what its certificate tells of any place."""
+    from elastocal.io.certificate_section import read_certified_design
+    from elastocal.io.proposal_file import read_proposal
+    from elastocal.replanning import knowing
+    from elastocal.sensitivity import sensitivity
+    from elastocal.study import with_count
+    from elastocal.viewer.subject import Subject, stops_of
+
+    if plan is None:
+        return Subject(study, stops_of(study))
+    proposal = read_proposal(plan, study)
+    certified = read_certified_design(plan, study.robot)
+    if proposal.criterion:
+        study = replace(study, criterion=proposal.criterion)
+    if proposal.done is not None:
+        study = knowing(study, proposal.done)
+    study = with_count(study, int(proposal.repeats.sum()), study.experiments.max_configurations)
+    known = peak = None
+    if certified is not None:
+        known, peak = sensitivity(study, *certified), certified.peak
+    stops = stops_of(study, proposal.load_cases, proposal.repeats, peak)
+    return Subject(study, stops, sensitivity=known)

@@ -1,0 +1,123 @@
+"""Subject: everything that a view can show, as one value, and the poses to step through.
+
+In: study, plan, model. Out: stops: configurations with their load and their tool.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastocal.arrays import Array, IntArray, frozen
+from elastocal.compliance_model import ComplianceModel
+from elastocal.load_case import LoadCases
+from elastocal.loads import FixedVector, Load
+from elastocal.robot import Tool
+from elastocal.sensitivity import Sensitivity
+from elastocal.study import Study
+
+KINDS = ("plan", "peak", "test", "middle")
+"""What a stop is: of the plan, where measuring is worth most, a test pose, or neither."""
+
+
+@dataclass(frozen=True)
+class Stop:
+    """A configuration that one can step to.
+
+    Attributes:
+        label: What it is called, alone of this name.
+        kind: One of `KINDS`.
+        tool: What the robot carries there.
+        q: (n,) joint values [rad or m].
+        wrench: (6,) load [N, N·m].
+    """
+
+    label: str
+    kind: str
+    tool: Tool
+    q: Array
+    wrench: Array
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "q", frozen(self.q))
+        object.__setattr__(self, "wrench", frozen(self.wrench))
+
+
+@dataclass(frozen=True)
+class Subject:
+    """What a view shows.
+
+    Attributes:
+        study: The study.
+        stops: Poses to step through, at least one.
+        model: Compliances, None if no deflection is to be shown.
+        sensitivity: Sensitivity at the certified design, None if there is none.
+    """
+
+    study: Study
+    stops: tuple[Stop, ...]
+    model: ComplianceModel | None = None
+    sensitivity: Sensitivity | None = None
+
+    @property
+    def tools(self) -> tuple[Tool, ...]:
+        """The tools of all stops, each once."""
+        return tuple({id(stop.tool): stop.tool for stop in self.stops}.values())
+
+    @property
+    def slider_limits(self) -> Array:
+        """(2, n) joint values that can be set by hand: the limits, and where stops are."""
+        q = np.array([stop.q for stop in self.stops])
+        limits = self.study.limits
+        return np.array([np.minimum(limits[0], q.min(axis=0)), np.maximum(limits[1], q.max(axis=0))])
+
+
+def stops_of(
+    study: Study,
+    cases: LoadCases | None = None,
+    repeats: IntArray | None = None,
+    peak: LoadCases | None = None,
+) -> tuple[Stop, ...]:
+    """Poses of a plan in their order, then where measuring is worth most, then test poses.
+
+    Without a plan the middle of the joint ranges comes first, under a load that is allowed there.
+
+    Args:
+        study: The study.
+        cases: S load cases of a plan.
+        repeats: (S,) how often each is measured.
+        peak: The load case where the sensitivity is largest.
+    """
+    tool, found = study.experiments.tool, []
+    if cases is None:
+        middle, wrench = study.limits.mean(axis=0), _typical_load(study)
+        found.append(Stop("middle of the joint ranges", "middle", tool, middle, wrench))
+    else:
+        for i in range(len(cases)):
+            times = "" if repeats is None or repeats[i] == 1 else f", measured {repeats[i]}×"
+            label = f"pose {i + 1} of {len(cases)}{times}"
+            found.append(Stop(label, "plan", tool, cases.q[i], cases.wrench[i]))
+    if peak is not None:
+        label = "where one more measurement is worth most"
+        found.append(Stop(label, "peak", tool, peak.q[0], peak.wrench[0]))
+    for i, pose in enumerate(study.test_poses):
+        if pose.case is not None and pose.tool is not None:
+            alike = [p.name for p in study.test_poses].count(pose.name) > 1
+            label = f"test pose {pose.name}" + (f" ({i + 1})" if alike else "")
+            found.append(Stop(label, "test", pose.tool, pose.case.q[0], pose.case.wrench[0]))
+    return tuple(found)
+
+
+def _typical_load(study: Study) -> Array:
+    """(6,) the load of the experiments, or the middle one of those that are allowed."""
+    e = study.experiments
+    return np.concatenate([_middle(e.force), _middle(e.moment)])
+
+
+def _middle(load: Load) -> Array:
+    """(3,) a fixed load itself; the axis of its cone for a free one, straight down without."""
+    if isinstance(load, FixedVector):
+        return load.value
+    axis = load.axis if load.is_cone else np.array([0.0, 0.0, -1.0])
+    return np.asarray(load.largest * axis)

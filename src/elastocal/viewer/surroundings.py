@@ -1,0 +1,135 @@
+"""Surroundings: what stands around the robot: obstacles, limits, the tracker and its beams.
+
+In: subject, configuration. Out: solids, lines and labels in the base frame [m].
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastocal.arrays import Array
+from elastocal.collision.chain import chain_length
+from elastocal.constraints import Clearance
+from elastocal.errors import InputError
+from elastocal.instrument import LaserTracker
+from elastocal.posture import Posture
+from elastocal.report.skeleton import skeletons
+from elastocal.report.solids import Solid, circle, tube, union
+from elastocal.report.stage import Stage
+from elastocal.report.surfaces import Surface, aperture, wall
+from elastocal.robot import Tool
+from elastocal.shapes import Shape
+from elastocal.viewer.shape_solids import capsule, solid_of
+from elastocal.viewer.subject import Stop, Subject
+
+
+@dataclass(frozen=True)
+class Beam:
+    """The beam of a laser tracker to one marker.
+
+    Attributes:
+        marker: Name of the marker.
+        ends: (2, 3) head of the tracker and marker [m].
+        seen: Whether every constraint on the beam holds.
+    """
+
+    marker: str
+    ends: Array
+    seen: bool
+
+
+def reach(subject: Subject) -> tuple[Array, Array, float]:
+    """Two corners of the box that holds all stops, obstacles and the tracker; the robot's size."""
+    robot = subject.study.robot
+    points = [np.zeros((1, 3))]
+    size = chain_length(robot)
+    for tool in subject.tools:
+        q = np.array([stop.q for stop in subject.stops if stop.tool is tool])
+        points += [skeleton.points for skeleton in skeletons(robot, tool, q)]
+    for shape in obstacles(subject):
+        points.append(_vertices(shape))
+    tracker = subject.study.instrument
+    if isinstance(tracker, LaserTracker):
+        points.append(tracker.position[None])
+    box = np.vstack(points)
+    return box.min(axis=0) - 0.05 * size, box.max(axis=0) + 0.05 * size, size
+
+
+def obstacles(subject: Subject) -> tuple[Shape, ...]:
+    """The obstacles of the cell."""
+    found = [c.obstacle for c in subject.study.constraints if isinstance(c, Clearance)]
+    return tuple(shape for shape in found if shape is not None)
+
+
+def _vertices(shape: Shape) -> Array:
+    """(., 3) points of an obstacle [m]; only its place if its mesh cannot be drawn."""
+    try:
+        return solid_of(shape).vertices
+    except InputError:
+        return shape.pose[None, :3, 3]
+
+
+def walls(subject: Subject) -> tuple[Surface, ...]:
+    """Limits that stand in the room."""
+    lower, upper, size = reach(subject)
+    stage = Stage((), (), (), lower, upper, size)
+    drawn = [wall(constraint, stage) for constraint in subject.study.constraints]
+    return tuple(surface for surface in drawn if surface is not None)
+
+
+def apertures(subject: Subject, tool: Tool, q: Array) -> tuple[Surface, ...]:
+    """Limits on how the tool is held, at its load point; none for another tool."""
+    study = subject.study
+    if tool is not study.experiments.tool:
+        return ()
+    posture = Posture(study.robot, q[None])
+    at, size = posture.point(tool.load_point)[:, 0], 0.12 * chain_length(study.robot)
+    drawn = [aperture(constraint, posture, at, size) for constraint in study.constraints]
+    return tuple(surface for surface in drawn if surface is not None)
+
+
+def tracker_solid(position: Array, floor: float, size: float) -> Solid:
+    """A tracker with its head at `position`, on a stand that reaches down to `floor` [m]."""
+    r = 0.03 * size
+    up = np.array([0.0, 0.0, 1.0])
+    neck = position - 1.6 * r * up
+    parts = [
+        _moved(capsule(r, 0.0), position),
+        tube(neck, position, 0.75 * r, sides=24),
+        tube(neck - 2.2 * r * up, neck, 1.15 * r, sides=24),
+    ]
+    hip = neck - 2.2 * r * up
+    drop = float(hip[2]) - floor
+    if drop > r:
+        feet = hip - drop * up + 0.35 * min(drop, 6.0 * r) * circle(up, 3)
+        parts += [tube(hip, foot, 0.22 * r) for foot in feet]
+    return union(parts)
+
+
+def beams(subject: Subject, tool: Tool, q: Array) -> tuple[Beam, ...]:
+    """Beams from the tracker to every marker of the calibration tool."""
+    study = subject.study
+    tracker = study.instrument
+    if not isinstance(tracker, LaserTracker) or tool is not study.experiments.tool:
+        return ()
+    posture = Posture(study.robot, q[None])
+    found = []
+    for name, marker in zip(tool.marker_names, tool.markers, strict=True):
+        end = posture.point(marker)[:, 0]
+        found.append(Beam(name, np.array([tracker.position, end]), True))
+    return tuple(found)
+
+
+def ghost(subject: Subject, stop: Stop) -> Solid:
+    """A stop as a thin figure, to stand beside the robot."""
+    skeleton = skeletons(subject.study.robot, stop.tool, stop.q[None])[0]
+    thick = 0.006 * chain_length(subject.study.robot)
+    lines = [skeleton.arm, *skeleton.tool]
+    pipes = [tube(a, b, thick, sides=10) for line in lines for a, b in zip(line, line[1:], strict=False)]
+    return union([*pipes, _moved(capsule(2.0 * thick, 0.0, 14), skeleton.tcp)])
+
+
+def _moved(solid: Solid, by: Array) -> Solid:
+    return Solid(solid.vertices + by, solid.triangles)
