@@ -77,5 +77,5 @@ def _subject(study: Study, plan: Path | None) -> Subject:
     known = peak = None
     if certified is not None:
         known, peak = sensitivity(study, *certified), certified.peak
-    stops = stops_of(study, proposal.load_cases, proposal.repeats, peak)
+    stops = stops_of(study, proposal.load_cases, proposal.repeats, peak, proposal.via)
     return Subject(study, stops, sensitivity=known)

@@ -21,7 +21,7 @@ from elastocal.viewer.panel import Panel
 from elastocal.viewer.readout import bending, read_out, watched
 from elastocal.viewer.readout_html import readout_html
 from elastocal.viewer.scene import Scene
-from elastocal.viewer.subject import Stop, Subject
+from elastocal.viewer.subject import Stop, Subject, way
 from elastocal.viewer.travel import PAUSE, Travel
 
 _TICK = 0.05  # seconds between two pictures of a motion
@@ -70,7 +70,7 @@ class Live:
         with self._lock:
             if self._travel is not None:
                 q, wrench = self._travel.at(now)
-                over = self._travel.over(now)
+                over = now >= self._travel.ends
                 self._shown = replace(self._shown, q=q, wrench=wrench)
                 self._travel = None if over else self._travel
                 if over and self._next is not None:
@@ -82,10 +82,15 @@ class Live:
     def go(self, stop: int) -> None:
         """Move to a stop."""
         with self._lock:
-            here = self._shown.q, self._shown.wrench
-            target = self._subject.stops[stop]
-            self._shown = replace(self._shown, stop=stop)
-            self._travel = Travel(here, (target.q, target.wrench), time.monotonic())
+            here, target = self._shown, self._subject.stops[stop]
+            left = self._subject.stops[here.stop]
+            # Via points begin at a stop: from elsewhere they would lead nowhere.
+            at_stop = bool(np.array_equal(here.q, left.q))
+            passed = way(self._subject.stops, here.stop, stop) if at_stop else left.via[:0]
+            self._shown = replace(here, stop=stop)
+            path = np.vstack([here.q, passed, target.q])
+            loads = np.array([here.wrench, target.wrench])
+            self._travel = Travel(path, loads, time.monotonic())
 
     def step(self, by: int) -> None:
         """Move to the next stop, or the one before, round and round."""
@@ -148,7 +153,7 @@ class Live:
         readout = read_out(subject, tool, shown.q, shown.wrench)
         rigid = rigid_frames(study.robot, shown.q)
         with self._server.atomic():
-            self._scene.show(tool, shown.q, shown.wrench, rigid)
+            self._scene.show(tool, shown.q, shown.wrench, rigid, readout.rooms)
             if readout.bending is not None and subject.model is not None:
                 seen, bent = watched(subject, tool), readout.bending
                 arm = ElasticArm(study.robot, subject.model.springs, seen, study.gravity)
@@ -156,7 +161,12 @@ class Live:
                 points = seen.markers @ rigid[-1][:3, :3].T + rigid[-1][:3, 3]
                 frames = bent_frames(arm, shown.q, moved)
                 self._scene.bend(tool, rigid, frames, points, bent, self._factor)
-            self._panel.tell(readout_html(readout, shown.wrench, self._factor))
+            there = subject.stops[shown.stop]
+            at_stop = np.array_equal(shown.q, there.q) and np.array_equal(
+                shown.wrench, there.wrench
+            )
+            html = readout_html(readout, shown.wrench, self._factor, moved=not at_stop)
+            self._panel.tell(html)
             if follow:
                 self._panel.follow(shown.stop, shown.q, shown.wrench)
         self._server.flush()

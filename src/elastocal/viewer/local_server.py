@@ -60,7 +60,7 @@ def local_server(port: int, label: str) -> Any:
     viser = viser_module()
     check_port(port)
 
-    class LocalServer(viser.ViserServer):  # type: ignore[misc]
+    class LocalServer(viser.ViserServer):  # type: ignore[misc, name-defined]
         """Without a way out: nothing is shared through a tunnel, whoever asks."""
 
         def request_share_url(self, verbose: bool = True) -> None:

@@ -56,9 +56,7 @@ class Panel:
         """Make the controls, and have them call `actions`."""
         self._gui, self._subject, self._actions = server.gui, subject, actions
         robot = subject.study.robot
-        self._gui.configure_theme(
-            control_width="large", show_logo=False, show_share_button=False
-        )
+        self._gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
         self._gui.add_html(heading_html(subject, remarks))
         self._stops = [stop.label for stop in subject.stops]
         self._pose = self._gui.add_dropdown("Pose", self._stops, initial_value=self._stops[0])
@@ -137,15 +135,13 @@ class Panel:
     def _by_hand(control: Any, act: Callable[[Any], None]) -> None:
         """Call `act` with the value that a user sets; not when the program sets it."""
 
-        @control.on_update
-        def _(event: Any) -> None:
+        def changed(event: Any) -> None:
             if event.client is not None:
                 act(control.value)
+
+        control.on_update(changed)
 
     @staticmethod
     def _pressed(group: Any, acts: dict[str, Callable[[], None]]) -> None:
         """Call what belongs to the button that is pressed."""
-
-        @group.on_click
-        def _(event: Any) -> None:
-            acts[group.value]()
+        group.on_click(lambda _: acts[group.value]())

@@ -12,6 +12,7 @@ import numpy as np
 
 from elastocal.arrays import Array, frozen
 from elastocal.constraints import Constraint, JointLimit
+from elastocal.constraints.view import ViewConstraint
 from elastocal.elastic_arm import ElasticArm
 from elastocal.equilibrium import equilibrium, markers_at
 from elastocal.load_case import LoadCases
@@ -34,11 +35,13 @@ class Room:
         name: Name of the constraint.
         margin: Room left [unit], negative if broken.
         unit: "m" or "rad".
+        marker: Marker whose beam it is about, empty if it is about none.
     """
 
     name: str
     margin: float
     unit: str
+    marker: str = ""
 
     @property
     def state(self) -> str:
@@ -145,7 +148,8 @@ def _rooms(constraints: tuple[Constraint, ...], posture: Posture) -> tuple[Room,
     found = []
     for constraint in constraints:
         name = constraint.names_at(posture)[0]
-        found.append(Room(name, float(constraint.room(posture)[0]), constraint.unit))
+        marker = constraint.marker if isinstance(constraint, ViewConstraint) else ""
+        found.append(Room(name, float(constraint.room(posture)[0]), constraint.unit, marker))
     return tuple(found)
 
 

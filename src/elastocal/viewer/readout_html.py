@@ -1,4 +1,4 @@
-"""Readouts as HTML for the panel: small tables, states told by sign and word and not by colour alone.
+"""Readouts as HTML for the panel: small tables, states told by signs and not by colour alone.
 
 In: values. Out: HTML; every text that comes from a file is escaped. Units are converted here.
 """
@@ -12,7 +12,7 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.report.palette import COLOURS
-from elastocal.report.units import fixed, length, plain, words
+from elastocal.report.units import fixed, plain, words
 from elastocal.viewer.readout import Bending, Readout, Room
 from elastocal.viewer.subject import Subject
 
@@ -25,14 +25,18 @@ _MUTED = f"color:{COLOURS['muted']}"
 def heading_html(subject: Subject, remarks: Sequence[str]) -> str:
     """What is shown, and what is missing from it."""
     study = subject.study
-    lines = [f"<b>{escape(study.name)}</b>", f"<span style='{_MUTED}'>{escape(study.robot.name)}</span>"]
-    lines += [f"<span style='{_MUTED}'>{escape(remark)}</span>" for remark in remarks]
+    lines = [f"<b>{escape(study.name)}</b>"]
+    for text in (study.robot.name, *remarks):
+        lines.append(f"<span style='{_MUTED}'>{escape(text)}</span>")
     return f"<div style='{_BOX}'>{'<br>'.join(lines)}</div>"
 
 
-def readout_html(readout: Readout, wrench: Array, magnification: float) -> str:
-    """Load, worth, deflection, position and margins of a configuration."""
-    rows = [_row("load", load_words(wrench), "load")]
+def readout_html(
+    readout: Readout, wrench: Array, magnification: float, moved: bool = False
+) -> str:
+    """Load, worth, deflection, position and margins; `moved`: it is no longer at its pose."""
+    rows = [_row("shown", "moved away from this pose", "shown")] if moved else []
+    rows.append(_row("load", load_words(wrench), "load"))
     rows.append(_row(readout.place, f"{_vector(readout.position, 1)} mm", "position"))
     parts = [f"<table style='width:100%'>{''.join(rows)}</table>"]
     if readout.bending is not None:
@@ -71,9 +75,12 @@ def _title(text: str) -> str:
 
 def _bending(bending: Bending, magnification: float) -> str:
     """How far the watched points move."""
-    title = _title(f"Deflection <span style='{_MUTED};font-weight:400'>shown {magnification:g}×</span>")
+    scale = f"<span style='{_MUTED};font-weight:400'>shown {magnification:.3g}×</span>"
+    title = _title(f"Deflection {scale}")
     if bending.problem:
-        return f"{title}<div data-readout='deflection' style='color:{_SHADES['broken']}'>✕ {escape(bending.problem)}</div>"
+        words_ = f"✕ {escape(bending.problem)}"
+        style = f"color:{_SHADES['broken']}"
+        return f"{title}<div data-readout='deflection' style='{style}'>{words_}</div>"
     rows = []
     for name, vector in zip(bending.points, bending.deflection, strict=True):
         size = f"{fixed(1e3 * float(np.linalg.norm(vector)), 3)} mm"
@@ -89,7 +96,7 @@ def _worth(share: float) -> str:
         f"<div style='background:{COLOURS['accent']};height:6px;border-radius:3px;"
         f"width:{100.0 * shown:.1f}%'></div></div>"
     )
-    row = _row("of one more measurement here", worth_words(share), "worth", "font-weight:600")
+    row = _row("of one measurement more here", worth_words(share), "worth", "font-weight:600")
     return f"{_title('Worth')}<table style='width:100%'>{row}</table>{bar}"
 
 
@@ -101,18 +108,21 @@ def worth_words(share: float) -> str:
 
 
 def _rooms(rooms: Sequence[Room]) -> str:
-    """Margins, the broken ones told first in the title."""
+    """Margins, the broken ones first; a long list scrolls, so that the sliders stay in sight."""
     broken = sum(room.state == "broken" for room in rooms)
-    state = f"<span style='color:{_SHADES['broken']}'>{broken} broken</span>" if broken else "all hold"
+    state = "all hold"
+    if broken:
+        state = f"<span style='color:{_SHADES['broken']}'>{broken} broken</span>"
     body = "".join(
         f"<tr data-state='{room.state}'><td style='color:{_SHADES[room.state]};width:1.2em;"
         f"vertical-align:top'>{_SIGNS[room.state]}</td><td>{escape(words(room.name))}</td>"
         f"<td data-readout='margin' style='text-align:right;white-space:nowrap;"
         f"color:{_SHADES[room.state]}'>{escape(room_words(room))}</td></tr>"
-        for room in rooms
+        for room in sorted(rooms, key=lambda room: room.state != "broken")
     )
     title = _title(f"Margins <span data-readout='margins' style='font-weight:400'>{state}</span>")
-    return f"{title}<table style='width:100%'>{body}</table>"
+    scroll = "max-height:16em;overflow-y:auto"
+    return f"{title}<div style='{scroll}'><table style='width:100%'>{body}</table></div>"
 
 
 def room_words(room: Room) -> str:
@@ -122,8 +132,3 @@ def room_words(room: Room) -> str:
     if room.unit == "m":
         return f"{fixed(1e3 * room.margin, 0)} mm"
     return f"{room.margin:.4g} {room.unit}"
-
-
-def marker_label(name: str, deflection: Array) -> str:
-    """What is written at a marker."""
-    return f"{name} {length(float(np.linalg.norm(deflection)))}"

@@ -5,26 +5,29 @@ In: subject, and what `frames`, `readout` and `surroundings` say of a configurat
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from elastocal.arrays import Array
+from elastocal.constraints import Clearance
 from elastocal.errors import InputError
 from elastocal.instrument import LaserTracker
 from elastocal.report.skeleton import skeletons
 from elastocal.report.solids import arrow, union
-from elastocal.report.surfaces import Surface
+from elastocal.report.surfaces import APERTURES, WALLS, Surface
 from elastocal.report.units import words
 from elastocal.robot import Tool
 from elastocal.viewer.figure import Figure, add_solid
 from elastocal.viewer.parts import colour, robot_parts
-from elastocal.viewer.readout import Bending
+from elastocal.viewer.readout import Bending, Room
 from elastocal.viewer.shape_solids import solid_of
 from elastocal.viewer.subject import Subject
 from elastocal.viewer.surroundings import (
     apertures,
     beams,
+    cones,
     ghost,
     obstacles,
     reach,
@@ -87,10 +90,11 @@ class Scene:
 
     def _present(self) -> tuple[str, ...]:
         subject = self._subject
+        limits = [c for c in subject.study.constraints if not isinstance(c, Clearance)]
         wanted = {
             "bent": subject.model is not None,
             "tests": any(stop.kind == "test" for stop in subject.stops),
-            "limits": bool(subject.study.constraints),
+            "limits": any(isinstance(c, (*WALLS, *APERTURES)) for c in limits),
             "cell": bool(obstacles(subject)),
             "tracker": isinstance(subject.study.instrument, LaserTracker),
         }
@@ -100,7 +104,9 @@ class Scene:
         """Show or hide a layer."""
         self._layers[layer].visible = on
 
-    def show(self, tool: Tool, q: Array, wrench: Array, frames: Array) -> None:
+    def show(
+        self, tool: Tool, q: Array, wrench: Array, frames: Array, rooms: Sequence[Room]
+    ) -> None:
         """Move the robot to `frames`, and draw what depends on where it is."""
         self._robot.place(frames, tool)
         for label, frame in zip(self._names, frames[1:-1], strict=True):
@@ -108,14 +114,17 @@ class Scene:
         self._renew("loads", self._load(frames[-1], tool, wrench))
         made: list[Any] = []
         for i, surface in enumerate(apertures(self._subject, tool, q)):
-            made += self._surface(f"/limits/at the tool {i}", surface)
+            made.append(self._surface(f"/limits/at the tool {i}", surface))
         self._renew("limits", made)
         made = []
-        for i, beam in enumerate(beams(self._subject, tool, q)):
+        for i, beam in enumerate(beams(self._subject, tool, q, rooms)):
             shade = colour("accent" if beam.seen else "alarm")
             name, line = f"/tracker/beam {i}", beam.ends[None]
             thick = 0.003 * self.size
             made.append(self._scene.add_line_segments(name, line, shade, thickness=thick))
+        for i, cone in enumerate(cones(self._subject, tool, q)):
+            shade = colour("accent" if cone.met else "alarm")
+            made.append(add_solid(self._scene, f"/tracker/cone {i}", cone.solid, shade, 0.22))
         self._renew("tracker", made)
 
     def bend(
@@ -169,9 +178,7 @@ class Scene:
             cell_color=(222, 227, 233),
             section_color=(196, 204, 214),
         )
-        self._scene.add_frame(
-            "/base", axes_length=0.12 * self.size, axes_radius=0.004 * self.size
-        )
+        self._scene.add_frame("/base", axes_length=0.12 * self.size, axes_radius=0.004 * self.size)
         for i, stop in enumerate(self._subject.stops):
             if stop.kind == "test":
                 figure = ghost(self._subject, stop)
@@ -193,30 +200,40 @@ class Scene:
             solid = tracker_solid(tracker.position, floor, self.size)
             add_solid(self._scene, "/tracker/stand", solid, colour("muted"))
 
-    def _surface(self, name: str, surface: Surface) -> list[Any]:
-        """A translucent limit with its outline and its name."""
+    def _surface(self, name: str, surface: Surface) -> Any:
+        """A translucent limit; outline and name are below its node, and go when it goes."""
         lines = [np.stack([line[:-1], line[1:]], axis=1) for line in surface.outlines]
         thick = 0.0015 * self.size
-        grey = colour("faint")
-        return [
-            add_solid(self._scene, name, surface.solid, colour("muted"), 0.1),
-            self._scene.add_line_segments(
-                f"{name}/outline", np.concatenate(lines), grey, thickness=thick
-            ),
-            self._scene.add_label(f"{name}/name", words(surface.name), position=surface.label),
-        ]
+        body = add_solid(self._scene, name, surface.solid, colour("muted"), 0.1)
+        self._scene.add_line_segments(
+            f"{name}/outline", np.concatenate(lines), colour("faint"), thickness=thick
+        )
+        self._scene.add_label(f"{name}/name", words(surface.name), position=surface.label)
+        return body
 
     def _camera(self, server: Any) -> None:
         """Look from the front and the right; what there is to see is left of the panel."""
         self._scene.set_up_direction("+z")
-        direction = np.array([0.62, -0.72, 0.3]) / np.linalg.norm([0.62, -0.72, 0.3])
-        across = np.cross([0.0, 0.0, 1.0], direction)
-        extent = float(np.linalg.norm(self._upper - self._lower))
-        aside = 0.2 * extent * across / np.linalg.norm(across)
-        middle = 0.5 * (self._lower + self._upper) + aside
-        server.initial_camera.look_at = middle
-        server.initial_camera.position = middle + 1.45 * extent * direction
+        tracker = self._subject.study.instrument
+        middle, extent = _middle(self._lower, self._upper)
+        if isinstance(tracker, LaserTracker):
+            low = np.minimum(self._lower, tracker.position)
+            high = np.maximum(self._upper, tracker.position)
+            middle, farther = _middle(low, high)
+            extent = max(extent, 0.9 * farther)
+        server.initial_camera.look_at = middle + 0.17 * extent * _ACROSS
+        server.initial_camera.position = middle + 0.17 * extent * _ACROSS + 1.4 * extent * _FROM
         server.initial_camera.fov = float(np.radians(40.0))
+
+
+_FROM = np.array([0.62, -0.72, 0.3])  # where the camera stands, seen from what it looks at
+_FROM = _FROM / np.linalg.norm(_FROM)
+_ACROSS = np.cross([0.0, 0.0, 1.0], _FROM) / np.linalg.norm(_FROM[:2])  # to its right
+
+
+def _middle(lower: Array, upper: Array) -> tuple[Array, float]:
+    """Middle and diagonal of a box [m]."""
+    return 0.5 * (lower + upper), float(np.linalg.norm(upper - lower))
 
 
 def _largest_loads(subject: Subject) -> tuple[float, float]:

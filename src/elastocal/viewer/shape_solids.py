@@ -13,7 +13,9 @@ from elastocal.report.solids import Solid, tube
 from elastocal.shapes import Shape
 
 _CORNERS = np.indices((2, 2, 2)).reshape(3, 8).T - 0.5
-_FACES = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
+_FACES = np.array(
+    [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+)
 
 
 def solid_of(shape: Shape) -> Solid:
@@ -22,10 +24,7 @@ def solid_of(shape: Shape) -> Solid:
     Raises:
         InputError: the file of a mesh cannot be used.
     """
-    if shape.kind == "mesh":
-        own = Solid(*triangles(shape))
-    else:
-        own = _simple(shape.kind, shape.size)
+    own = Solid(*triangles(shape)) if shape.kind == "mesh" else _simple(shape.kind, shape.size)
     return Solid(own.vertices @ shape.pose[:3, :3].T + shape.pose[:3, 3], own.triangles)
 
 
@@ -44,8 +43,8 @@ def box(size: Array) -> Solid:
     """A box about the origin with sides (3,) [m]; corners are not shared, so faces are flat."""
     vertices = (_CORNERS * size)[_FACES].reshape(24, 3)
     first = 4 * np.arange(6)[:, None]
-    halves = [first + [0, 1, 2], first + [0, 2, 3]]
-    return Solid(vertices, np.vstack(halves))
+    halves = np.array([[0, 1, 2], [0, 2, 3]])
+    return Solid(vertices, np.vstack([first + half for half in halves]))
 
 
 def capsule(radius: float, length: float, sides: int = 28) -> Solid:

@@ -5,11 +5,12 @@ In: study, plan, model. Out: stops: configurations with their load and their too
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from elastocal.arrays import Array, IntArray, frozen
+from elastocal.arrays import Array, IntArray, frozen, unset
 from elastocal.compliance_model import ComplianceModel
 from elastocal.load_case import LoadCases
 from elastocal.loads import FixedVector, Load
@@ -31,6 +32,7 @@ class Stop:
         tool: What the robot carries there.
         q: (n,) joint values [rad or m].
         wrench: (6,) load [N, N·m].
+        via: (K, n) configurations that are passed on the way from the stop before [rad or m].
     """
 
     label: str
@@ -38,8 +40,10 @@ class Stop:
     tool: Tool
     q: Array
     wrench: Array
+    via: Array = field(default_factory=unset)
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "via", frozen(np.reshape(self.via, (-1, len(self.q)))))
         object.__setattr__(self, "q", frozen(self.q))
         object.__setattr__(self, "wrench", frozen(self.wrench))
 
@@ -70,7 +74,9 @@ class Subject:
         """(2, n) joint values that can be set by hand: the limits, and where stops are."""
         q = np.array([stop.q for stop in self.stops])
         limits = self.study.limits
-        return np.array([np.minimum(limits[0], q.min(axis=0)), np.maximum(limits[1], q.max(axis=0))])
+        return np.array(
+            [np.minimum(limits[0], q.min(axis=0)), np.maximum(limits[1], q.max(axis=0))]
+        )
 
 
 def stops_of(
@@ -78,6 +84,7 @@ def stops_of(
     cases: LoadCases | None = None,
     repeats: IntArray | None = None,
     peak: LoadCases | None = None,
+    via: Sequence[Array] = (),
 ) -> tuple[Stop, ...]:
     """Poses of a plan in their order, then where measuring is worth most, then test poses.
 
@@ -88,6 +95,7 @@ def stops_of(
         cases: S load cases of a plan.
         repeats: (S,) how often each is measured.
         peak: The load case where the sensitivity is largest.
+        via: Arrays (K, n): what is passed on the way to each load case; empty for nothing.
     """
     tool, found = study.experiments.tool, []
     if cases is None:
@@ -97,7 +105,8 @@ def stops_of(
         for i in range(len(cases)):
             times = "" if repeats is None or repeats[i] == 1 else f", measured {repeats[i]}×"
             label = f"pose {i + 1} of {len(cases)}{times}"
-            found.append(Stop(label, "plan", tool, cases.q[i], cases.wrench[i]))
+            passed = via[i] if len(via) and i else unset()
+            found.append(Stop(label, "plan", tool, cases.q[i], cases.wrench[i], passed))
     if peak is not None:
         label = "where one more measurement is worth most"
         found.append(Stop(label, "peak", tool, peak.q[0], peak.wrench[0]))
@@ -107,6 +116,15 @@ def stops_of(
             label = f"test pose {pose.name}" + (f" ({i + 1})" if alike else "")
             found.append(Stop(label, "test", pose.tool, pose.case.q[0], pose.case.wrench[0]))
     return tuple(found)
+
+
+def way(stops: Sequence[Stop], begin: int, end: int) -> Array:
+    """(K, n) what is passed between two stops [rad or m]: that of a plan from one to the next."""
+    if end == begin + 1:
+        return stops[end].via
+    if end == begin - 1:
+        return stops[begin].via[::-1]
+    return stops[end].via[:0]
 
 
 def _typical_load(study: Study) -> Array:

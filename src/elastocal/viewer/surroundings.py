@@ -5,13 +5,15 @@ In: subject, configuration. Out: solids, lines and labels in the base frame [m].
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.collision.chain import chain_length
-from elastocal.constraints import Clearance
+from elastocal.constraints import AcceptanceCone, Clearance
 from elastocal.errors import InputError
 from elastocal.instrument import LaserTracker
 from elastocal.posture import Posture
@@ -21,6 +23,7 @@ from elastocal.report.stage import Stage
 from elastocal.report.surfaces import Surface, aperture, wall
 from elastocal.robot import Tool
 from elastocal.shapes import Shape
+from elastocal.viewer.readout import Room
 from elastocal.viewer.shape_solids import capsule, solid_of
 from elastocal.viewer.subject import Stop, Subject
 
@@ -40,8 +43,21 @@ class Beam:
     seen: bool
 
 
+@dataclass(frozen=True)
+class Cone:
+    """Whence a reflector sends the beam back.
+
+    Attributes:
+        solid: The cone about its viewing axis [m].
+        met: Whether the beam of the tracker comes from within.
+    """
+
+    solid: Solid
+    met: bool
+
+
 def reach(subject: Subject) -> tuple[Array, Array, float]:
-    """Two corners of the box that holds all stops, obstacles and the tracker; the robot's size."""
+    """Two corners of the box that holds all stops and obstacles [m]; size of the robot [m]."""
     robot = subject.study.robot
     points = [np.zeros((1, 3))]
     size = chain_length(robot)
@@ -50,9 +66,6 @@ def reach(subject: Subject) -> tuple[Array, Array, float]:
         points += [skeleton.points for skeleton in skeletons(robot, tool, q)]
     for shape in obstacles(subject):
         points.append(_vertices(shape))
-    tracker = subject.study.instrument
-    if isinstance(tracker, LaserTracker):
-        points.append(tracker.position[None])
     box = np.vstack(points)
     return box.min(axis=0) - 0.05 * size, box.max(axis=0) + 0.05 * size, size
 
@@ -72,11 +85,26 @@ def _vertices(shape: Shape) -> Array:
 
 
 def walls(subject: Subject) -> tuple[Surface, ...]:
-    """Limits that stand in the room."""
+    """Limits that stand in the room; obstacles are drawn as what they are, see `obstacles`."""
     lower, upper, size = reach(subject)
     stage = Stage((), (), (), lower, upper, size)
-    drawn = [wall(constraint, stage) for constraint in subject.study.constraints]
-    return tuple(surface for surface in drawn if surface is not None)
+    limits = [c for c in subject.study.constraints if not isinstance(c, Clearance)]
+    drawn = [wall(constraint, stage) for constraint in limits]
+    return _joined([surface for surface in drawn if surface is not None])
+
+
+def _joined(surfaces: Sequence[Surface]) -> tuple[Surface, ...]:
+    """Surfaces at the same place as one with both names, as those of two markers are."""
+    kept: list[Surface] = []
+    for surface in surfaces:
+        for i, other in enumerate(kept):
+            one, two = surface.solid.vertices, other.solid.vertices
+            if one.shape == two.shape and np.allclose(one, two):
+                kept[i] = replace(other, name=f"{other.name}, {surface.name}")
+                break
+        else:
+            kept.append(surface)
+    return tuple(kept)
 
 
 def apertures(subject: Subject, tool: Tool, q: Array) -> tuple[Surface, ...]:
@@ -108,8 +136,15 @@ def tracker_solid(position: Array, floor: float, size: float) -> Solid:
     return union(parts)
 
 
-def beams(subject: Subject, tool: Tool, q: Array) -> tuple[Beam, ...]:
-    """Beams from the tracker to every marker of the calibration tool."""
+def beams(subject: Subject, tool: Tool, q: Array, rooms: Sequence[Room]) -> tuple[Beam, ...]:
+    """Beams from the tracker to every marker of the calibration tool; none for another tool.
+
+    Args:
+        subject: What is shown.
+        tool: What the robot carries.
+        q: (n,) configuration [rad or m].
+        rooms: Margins there; those of a marker say whether it is seen.
+    """
     study = subject.study
     tracker = study.instrument
     if not isinstance(tracker, LaserTracker) or tool is not study.experiments.tool:
@@ -117,9 +152,36 @@ def beams(subject: Subject, tool: Tool, q: Array) -> tuple[Beam, ...]:
     posture = Posture(study.robot, q[None])
     found = []
     for name, marker in zip(tool.marker_names, tool.markers, strict=True):
-        end = posture.point(marker)[:, 0]
-        found.append(Beam(name, np.array([tracker.position, end]), True))
+        ends = np.array([tracker.position, posture.point(marker)[:, 0]])
+        seen = all(room.state != "broken" for room in rooms if room.marker == name)
+        found.append(Beam(name, ends, seen))
     return tuple(found)
+
+
+def cones(subject: Subject, tool: Tool, q: Array) -> tuple[Cone, ...]:
+    """Acceptance cones of the reflectors on the calibration tool; none for another tool."""
+    study = subject.study
+    if tool is not study.experiments.tool:
+        return ()
+    posture = Posture(study.robot, q[None])
+    size = 0.14 * chain_length(study.robot)
+    found = []
+    for constraint in study.constraints:
+        if isinstance(constraint, AcceptanceCone):
+            tip = posture.point(constraint.point)[:, 0]
+            axis = posture.direction(constraint.axis)[:, 0]
+            solid = _cone(tip, axis, constraint.limit, size)
+            found.append(Cone(solid, float(constraint.at(posture)[0][0]) >= 0.0))
+    return tuple(found)
+
+
+def _cone(tip: Array, axis: Array, half_angle: float, size: float) -> Solid:
+    """Rays of length `size` [m] from `tip`, at `half_angle` [rad] around `axis`."""
+    sides = 36
+    rays = np.cos(half_angle) * axis + np.sin(half_angle) * circle(axis, sides)
+    i = np.arange(sides)
+    triangles = np.column_stack([np.zeros_like(i), 1 + i, 1 + (i + 1) % sides])
+    return Solid(np.vstack([tip, tip + size * rays]), triangles)
 
 
 def ghost(subject: Subject, stop: Stop) -> Solid:
@@ -127,7 +189,7 @@ def ghost(subject: Subject, stop: Stop) -> Solid:
     skeleton = skeletons(subject.study.robot, stop.tool, stop.q[None])[0]
     thick = 0.006 * chain_length(subject.study.robot)
     lines = [skeleton.arm, *skeleton.tool]
-    pipes = [tube(a, b, thick, sides=10) for line in lines for a, b in zip(line, line[1:], strict=False)]
+    pipes = [tube(a, b, thick, sides=10) for line in lines for a, b in pairwise(line)]
     return union([*pipes, _moved(capsule(2.0 * thick, 0.0, 14), skeleton.tcp)])
 
 

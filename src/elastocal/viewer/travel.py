@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from elastocal.arrays import Array
 
 SECONDS = 1.4
@@ -23,28 +21,32 @@ class Travel:
     """A motion between two stops.
 
     Attributes:
-        begin: Configuration (n,) and load (6,) where it begins.
-        end: Where it ends.
+        path: (K, n) configurations from its begin to its end [rad or m], straight in between.
+        loads: (2, 6) load at its begin and at its end [N, N·m].
         since: When it began [s].
-        seconds: How long it takes [s].
     """
 
-    begin: tuple[Array, Array]
-    end: tuple[Array, Array]
+    path: Array
+    loads: Array
     since: float
-    seconds: float = SECONDS
+
+    @property
+    def ends(self) -> float:
+        """When it is over [s]; every piece of it takes the same time."""
+        return self.since + SECONDS * (len(self.path) - 1)
 
     def at(self, now: float) -> tuple[Array, Array]:
         """Configuration (n,) and load (6,) at a time [s]; its end exactly once it is over."""
-        if self.over(now):
-            return self.end
-        share = float(np.clip((now - self.since) / self.seconds, 0.0, 1.0))
-        share = share * share * (3.0 - 2.0 * share)
-        q, wrench = (
-            (1.0 - share) * a + share * b for a, b in zip(self.begin, self.end, strict=True)
-        )
-        return q, wrench
+        if now >= self.ends:
+            return self.path[-1], self.loads[1]
+        gone = max((now - self.since) / SECONDS, 0.0)
+        piece = int(gone)
+        share = _eased(gone - piece)
+        q = (1.0 - share) * self.path[piece] + share * self.path[piece + 1]
+        done = _eased(gone / (len(self.path) - 1))
+        return q, (1.0 - done) * self.loads[0] + done * self.loads[1]
 
-    def over(self, now: float) -> bool:
-        """Whether it has ended at a time [s]."""
-        return now >= self.since + self.seconds
+
+def _eased(share: float) -> float:
+    """A share of the time as a share of the way: slow at both ends."""
+    return share * share * (3.0 - 2.0 * share)
