@@ -31,9 +31,7 @@ def heading_html(subject: Subject, remarks: Sequence[str]) -> str:
     return f"<div style='{_BOX}'>{'<br>'.join(lines)}</div>"
 
 
-def readout_html(
-    readout: Readout, wrench: Array, magnification: float, moved: bool = False
-) -> str:
+def readout_html(readout: Readout, wrench: Array, magnification: float, moved: bool = False) -> str:
     """Load, worth, deflection, position and margins; `moved`: it is no longer at its pose."""
     rows = [_row("shown", "moved away from this pose", "shown")] if moved else []
     rows.append(_row("load", load_words(wrench), "load"))
