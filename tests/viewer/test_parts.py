@@ -12,7 +12,7 @@ from elastocal.arrays import Array
 from elastocal.posture import Posture
 from elastocal.report.skeleton import skeletons
 from elastocal.report.solids import Solid
-from elastocal.robots import kuka_kr270
+from elastocal.robots import from_urdf, kuka_kr270
 from elastocal.shapes import Shape
 from elastocal.viewer.frames import rigid_frames
 from elastocal.viewer.parts import chain_parts, robot_parts, tool_parts
@@ -29,6 +29,7 @@ from elastocal.viewer.surroundings import (
     tracker_solid,
     walls,
 )
+from tests.robots.oracle import zoo
 from tests.viewer.examples import example, kr270, tracked
 
 
@@ -91,6 +92,29 @@ def test_robots_from_files_are_drawn_with_their_own_shapes(name: str) -> None:
     parts, remarks = robot_parts(robot)
     assert len(parts) == len(robot.visuals)
     assert remarks == ()
+
+
+@pytest.mark.parametrize(
+    ("urdf", "base", "tip", "read"),
+    [
+        ("robots/talos_left_arm.urdf", "arm_left_1_link", "gripper_left_base_link", True),
+        ("urdf/ur5_robot.urdf", "base_link", "tool0", False),
+    ],
+)
+def test_robots_with_meshes(urdf: str, base: str, tip: str, read: bool) -> None:
+    """Meshes of one format are drawn; those of another are replaced by the collision meshes."""
+    path = zoo(urdf)
+    folder = next(up for up in path.parents if up.name == "example-robot-data")
+    robot = from_urdf(path, base=base, tip=tip, packages={"example-robot-data": folder})
+    parts, remarks = robot_parts(robot)
+    assert len(parts) == len(robot.visuals if read else robot.collisions)
+    assert bool(remarks) != read
+    assert sum(len(part.solid.triangles) for part in parts) > 5000
+    frames = rigid_frames(robot, np.zeros(len(robot.joints)))
+    for part in parts:
+        middle = part.solid.vertices.mean(axis=0)
+        at = frames[part.body][:3, :3] @ middle + frames[part.body][:3, 3]
+        assert np.linalg.norm(at) < 1.5  # not in millimetres
 
 
 @pytest.mark.parametrize("name", ["kuka-kr270", "gantry-5", "rail-arm", "arm-7r"])
@@ -186,7 +210,7 @@ def test_another_tool_has_no_beams_cones_or_apertures() -> None:
 def test_walls_are_drawn_once_and_obstacles_as_what_they_are() -> None:
     assert [shape.name for shape in obstacles(tracked())] == ["table"]
     (both,) = walls(tracked())
-    assert both.name == "height of M1 >= 500 mm, height of M2 >= 500 mm"
+    assert both.name == "height of M1/M2 >= 500 mm"
     assert len(walls(kr270())) == 2
 
 

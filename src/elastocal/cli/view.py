@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -59,6 +60,7 @@ def view(
 def _subject(study: Study, plan: Path | None) -> Subject:
     """The study with the poses of a plan, and what its certificate tells of any place."""
     from elastocal.io.certificate_section import read_certified_design
+    from elastocal.io.plan_file import study_hash
     from elastocal.io.proposal_file import read_proposal
     from elastocal.replanning import knowing
     from elastocal.sensitivity import sensitivity
@@ -68,6 +70,10 @@ def _subject(study: Study, plan: Path | None) -> Subject:
     if plan is None:
         return Subject(study, stops_of(study))
     proposal = read_proposal(plan, study)
+    if proposal.study_hash and proposal.study_hash != study_hash(study):
+        print(f"note: {plan.name} was made from another version of the study", file=sys.stderr)
+    if proposal.robot_hash and proposal.robot_hash != study.robot.sha256:
+        print(f"note: {plan.name} was made with another robot file", file=sys.stderr)
     certified = read_certified_design(plan, study.robot)
     if proposal.criterion:
         study = replace(study, criterion=proposal.criterion)

@@ -16,10 +16,10 @@ from elastocal.arrays import Array
 from elastocal.collision.chain import chain_length
 from elastocal.errors import InputError
 from elastocal.report.palette import COLOURS
-from elastocal.report.solids import Solid, ball, tube, union
+from elastocal.report.solids import Solid, tube, union
 from elastocal.robot import Joint, Robot, Tool
 from elastocal.shapes import Shape
-from elastocal.viewer.shape_solids import solid_of
+from elastocal.viewer.shape_solids import round_ball, solid_of
 
 Colour = tuple[int, int, int]
 
@@ -146,7 +146,7 @@ def _tubes(points: Sequence[Array], radius: float) -> Solid:
     if len(points) < 2:
         return union([])
     pipes = [tube(a, b, radius, sides=24) for a, b in pairwise(points)]
-    return union([*pipes, *(ball(point, radius) for point in points)])
+    return union([*pipes, *(round_ball(point, radius) for point in points)])
 
 
 def _drum(joint: Joint, link: Array, radius: float) -> Solid:
@@ -180,5 +180,5 @@ def tool_parts(robot: Robot, tool: Tool) -> tuple[Part, ...]:
         corner = axis * float(axis @ point)
         arms.append(_tubes(_distinct([np.zeros(3), corner, point]), thick))
         shade = "contrast" if name in tool.marker_names else "ink"
-        balls.append(Part(name, body, ball(point, 1.9 * thick), colour(shade)))
+        balls.append(Part(name, body, round_ball(point, 1.9 * thick), colour(shade)))
     return (Part(f"tool {tool.name}", body, union(arms), colour("faint")), *balls)

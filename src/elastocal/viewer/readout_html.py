@@ -5,6 +5,7 @@ In: values. Out: HTML; every text that comes from a file is escaped. Units are c
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from html import escape
 
@@ -105,6 +106,11 @@ def worth_words(share: float) -> str:
     return f"{fixed(100.0 * share, 0 if share >= 0.1 else 1)} % of the best place"
 
 
+def _named(room: Room) -> str:
+    """Name of a constraint, with room before its unit."""
+    return escape(words(re.sub(r"(?<=\d)mm\b", " mm", room.name)))
+
+
 def _rooms(rooms: Sequence[Room]) -> str:
     """Margins, the broken ones first; a long list scrolls, so that the sliders stay in sight."""
     broken = sum(room.state == "broken" for room in rooms)
@@ -113,7 +119,7 @@ def _rooms(rooms: Sequence[Room]) -> str:
         state = f"<span style='color:{_SHADES['broken']}'>{broken} broken</span>"
     body = "".join(
         f"<tr data-state='{room.state}'><td style='color:{_SHADES[room.state]};width:1.2em;"
-        f"vertical-align:top'>{_SIGNS[room.state]}</td><td>{escape(words(room.name))}</td>"
+        f"vertical-align:top'>{_SIGNS[room.state]}</td><td>{_named(room)}</td>"
         f"<td data-readout='margin' style='text-align:right;white-space:nowrap;"
         f"color:{_SHADES[room.state]}'>{escape(room_words(room))}</td></tr>"
         for room in sorted(rooms, key=lambda room: room.state != "broken")

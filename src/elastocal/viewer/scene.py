@@ -61,9 +61,9 @@ class Scene:
     def __init__(self, server: Any, subject: Subject) -> None:
         """Draw what does not depend on the configuration; `show` and `bend` do the rest."""
         self._scene, self._subject = server.scene, subject
-        self._lower, self._upper, self.size = reach(subject)
         robot = subject.study.robot
         parts, remarks = robot_parts(robot)
+        self._lower, self._upper, self.size = reach(subject, parts)
         self.remarks = list(remarks)
         self._layers = {name: self._scene.add_frame(f"/{name}", show_axes=False) for name in LAYERS}
         self._robot = Figure(self._scene, "/robot", robot, parts, subject.tools)
@@ -226,7 +226,7 @@ class Scene:
         server.initial_camera.fov = float(np.radians(40.0))
 
 
-_FROM = np.array([0.62, -0.72, 0.3])  # where the camera stands, seen from what it looks at
+_FROM = np.array([0.62, -0.72, 0.4])  # where the camera stands, seen from what it looks at
 _FROM = _FROM / np.linalg.norm(_FROM)
 _ACROSS = np.cross([0.0, 0.0, 1.0], _FROM) / np.linalg.norm(_FROM[:2])  # to its right
 

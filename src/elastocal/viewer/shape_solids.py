@@ -47,6 +47,12 @@ def box(size: Array) -> Solid:
     return Solid(vertices, np.vstack([first + half for half in halves]))
 
 
+def round_ball(centre: Array, radius: float) -> Solid:
+    """A ball without inner walls: with them shadows leave stripes [m]."""
+    own = capsule(radius, 0.0, 20)
+    return Solid(own.vertices + centre, own.triangles)
+
+
 def capsule(radius: float, length: float, sides: int = 28) -> Solid:
     """A round rod along z: `length` between the centres of its ends [m]; a ball if that is 0."""
     rings = np.linspace(0.0, np.pi / 2.0, 8)

@@ -23,6 +23,8 @@ from elastocal.report.stage import Stage
 from elastocal.report.surfaces import Surface, aperture, wall
 from elastocal.robot import Tool
 from elastocal.shapes import Shape
+from elastocal.viewer.frames import rigid_frames
+from elastocal.viewer.parts import Part
 from elastocal.viewer.readout import Room
 from elastocal.viewer.shape_solids import capsule, solid_of
 from elastocal.viewer.subject import Stop, Subject
@@ -56,10 +58,17 @@ class Cone:
     met: bool
 
 
-def reach(subject: Subject) -> tuple[Array, Array, float]:
-    """Two corners of the box that holds all stops and obstacles [m]; size of the robot [m]."""
+def reach(subject: Subject, parts: Sequence[Part] = ()) -> tuple[Array, Array, float]:
+    """Two corners of the box that holds all stops and obstacles [m]; size of the robot [m].
+
+    `parts` of the robot are held where they are at the first stop.
+    """
     robot = subject.study.robot
+    frames = rigid_frames(robot, subject.stops[0].q)
     points = [np.zeros((1, 3))]
+    for part in parts:
+        frame = frames[part.body]
+        points.append(part.solid.vertices @ frame[:3, :3].T + frame[:3, 3])
     size = chain_length(robot)
     for tool in subject.tools:
         q = np.array([stop.q for stop in subject.stops if stop.tool is tool])
@@ -100,11 +109,21 @@ def _joined(surfaces: Sequence[Surface]) -> tuple[Surface, ...]:
         for i, other in enumerate(kept):
             one, two = surface.solid.vertices, other.solid.vertices
             if one.shape == two.shape and np.allclose(one, two):
-                kept[i] = replace(other, name=f"{other.name}, {surface.name}")
+                kept[i] = replace(other, name=_together(other.name, surface.name))
                 break
         else:
             kept.append(surface)
     return tuple(kept)
+
+
+def _together(one: str, other: str) -> str:
+    """Two names in one: what they share is said once."""
+    words, others = one.split(" "), other.split(" ")
+    differ = [i for i, pair in enumerate(zip(words, others, strict=False)) if pair[0] != pair[1]]
+    if len(words) != len(others) or len(differ) != 1:
+        return f"{one}, {other}"
+    i = differ[0]
+    return " ".join([*words[:i], f"{words[i]}/{others[i]}", *words[i + 1 :]])
 
 
 def apertures(subject: Subject, tool: Tool, q: Array) -> tuple[Surface, ...]:
