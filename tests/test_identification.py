@@ -7,12 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from elastocal.arrays import Array
 from elastocal.compliance_model import ComplianceModel
 from elastocal.elastic_arm import ElasticArm
-from elastocal.elastostatics import VirtualJoints, joint_springs, merged
+from elastocal.elastostatics import VirtualJoints, joint_springs, merged, regressor
 from elastocal.equilibrium import loaded_deflection
 from elastocal.errors import IdentifiabilityError, InputError
-from elastocal.identification import identify
+from elastocal.identification import Identification, identify
+from elastocal.left_out import left_out_covariance
 from elastocal.load_case import LoadCases
 from elastocal.measurement import Measurements, chosen
 from elastocal.uncertainty import Fit
@@ -197,6 +199,83 @@ def test_leave_one_out_predicts_as_well_as_it_says() -> None:
     assert 0.935 < np.mean(inside) < 0.965
 
 
+def without(found: Identification, i: int) -> Array:
+    """Covariance of the readings of experiment i by a refit without it."""
+    data = found.measurements
+    keep = np.arange(len(data.cases)) != i
+    again = identify(found.arm, chosen(data, keep), found.how)
+    one = chosen(data, ~keep)
+    rows = regressor(found.arm.robot, found.arm.springs, data.tool, one.cases)
+    rows = rows.reshape(-1, 3, rows.shape[-1])
+    return rows @ again.model.covariance @ rows.transpose(0, 2, 1) + one.covariance
+
+
+def test_left_out_residuals_have_the_covariance_of_a_refit() -> None:
+    bent = arm(tool=MARKERS)
+    found = identify(bent, measured(bent, hung(4), rng=np.random.default_rng(20)), LINEAR)
+    expected = left_out_covariance(found).reshape(4, 3, 3, 3)
+    for i in range(4):
+        np.testing.assert_allclose(expected[i], without(found, i), rtol=1e-6, atol=1e-16)
+    some = np.array([False, True, False, True])
+    np.testing.assert_allclose(left_out_covariance(found, some), expected[some].reshape(-1, 3, 3))
+
+
+def test_left_out_residuals_know_what_is_taken_as_known() -> None:
+    """Cross terms of the known joints: against a simulation over them and the noise."""
+    rng = np.random.default_rng(21)
+    cases = sideways(4)
+    error = np.array([2e-8])
+    residuals = []
+    first = joint_springs(arm().robot, ("A1",))
+    for _ in range(600):
+        known = ComplianceModel(
+            first, np.array([0.62e-6]) + error * rng.normal(size=1), np.diag(error**2)
+        )
+        data = measured(arm(("A1", *NAMES)), cases, np.append(0.62e-6, TRUTH), rng=rng, linear=True)
+        found = identify(arm(), data, LINEAR, known=known)
+        residuals.append(found.left_out)
+    expected = left_out_covariance(found)
+    scatter = np.einsum("kri,krj->rij", residuals, residuals) / len(residuals)
+    size = np.trace(expected, axis1=1, axis2=2)
+    np.testing.assert_allclose(np.trace(scatter, axis1=1, axis2=2), size, rtol=0.3)
+
+
+def test_few_sound_readings_are_not_called_outlying() -> None:
+    """What stands alone is far out of what the others say, and they know it."""
+    rng = np.random.default_rng(22)
+    said = [
+        remarks(measured(arm(), hung(3, seed=5), rng=rng, linear=True), LINEAR) for _ in range(50)
+    ]
+    assert sum("from what the other experiments say" in text for text in said) <= 1
+    p_values = [
+        leave_one_out(identify(arm(), measured(arm(), hung(3, seed=5), rng=rng))).p_value
+        for _ in range(200)
+    ]
+    assert abs(np.mean(p_values) - 0.5) < 0.082  # four standard errors
+
+
+def test_experiments_that_carry_a_compliance_do_not_count_as_predicted() -> None:
+    found = identify(arm(), measured(arm(), hung(2), rng=np.random.default_rng(23)))
+    judged = leave_one_out(found)
+    assert not judged.predicted.any()
+    assert judged.coordinates == 0
+    assert np.isnan(judged.inside)
+    assert (judged.chi_square, judged.dof) == (found.chi_square, 1)
+
+
+def test_readings_kept_aside_share_the_error_of_the_model() -> None:
+    """Two experiments make the model, forty judge it: its error is in all of them."""
+    rng = np.random.default_rng(24)
+    p_values = []
+    for _ in range(200):
+        found = identify(arm(), measured(arm(), hung(2), rng=rng))
+        p_values.append(
+            validate(arm(), found.model, measured(arm(), hung(40, seed=77), rng=rng)).p_value
+        )
+    assert abs(np.mean(p_values) - 0.5) < 0.082
+    assert np.min(p_values) > 1e-4
+
+
 def test_validation_on_experiments_kept_aside() -> None:
     rng = np.random.default_rng(9)
     inside, p_values = [], []
@@ -238,6 +317,29 @@ def test_intervals_of_robust_fits_cover() -> None:
             low, high = found.interval.T
             hits.append((low < TRUTH) & (high > TRUTH))
         assert 0.91 < np.mean(hits) < 0.98
+
+
+def test_robust_intervals_of_few_readings_cover_too() -> None:
+    """A lucky fit of one degree of freedom does not make a known noise smaller."""
+    rng = np.random.default_rng(25)
+    hits = []
+    for _ in range(200):
+        data = measured(arm(), hung(2), rng=rng, linear=True)
+        low, high = identify(arm(), data, Fit("linear", loss="huber")).interval.T
+        hits.append((low < TRUTH) & (high > TRUTH))
+    assert np.mean(hits) > 0.92
+
+
+def test_a_fit_that_cannot_tell_outliers_says_so() -> None:
+    said = []
+    for seed in range(200):
+        data = measured(arm(), hung(3), rng=np.random.default_rng(seed))
+        try:
+            identify(arm(), data, Fit(sigma="estimated", loss="bisquare"))
+        except InputError as error:
+            said.append(str(error))
+    assert said
+    assert all("readings may be too few" in text for text in said)
 
 
 def test_compliances_held_at_zero_are_named() -> None:
@@ -294,6 +396,8 @@ def test_weak_results_say_so() -> None:
     assert "loaded and unloaded are probably swapped" in remarks(
         replace(good, deflection=-good.deflection), LINEAR
     )
+    far = remarks(measured(arm(), cases, rng=rng, promised=1e-7))
+    assert "scatter 300 times" in far.replace("290 ", "300 ").replace("310 ", "300 ")
     feeble = measured(arm(), hung(24, force=15.0), rng=rng)
     assert "the interval contains zero" in remarks(feeble)
     assert "biased at second order" in remarks(good, LINEAR)
@@ -334,6 +438,19 @@ def test_lack_of_fit_has_its_distribution() -> None:
         for _ in range(300)
     ]
     # Uniform: the mean of 300 is within 0.067 of a half with four standard errors.
+    assert abs(np.mean(p_values) - 0.5) < 0.067
+
+
+def test_lack_of_fit_counts_what_a_prior_says() -> None:
+    rng = np.random.default_rng(26)
+    cases = hung(3, repeats=3)
+    p_values = []
+    for _ in range(300):
+        first = identify(arm(), measured(arm(), cases, rng=rng, linear=True), LINEAR)
+        data = measured(arm(), cases, rng=rng, linear=True)
+        lack = identify(arm(), data, LINEAR, prior=first.model).lack_of_fit
+        assert lack is not None
+        p_values.append(lack.p_value)
     assert abs(np.mean(p_values) - 0.5) < 0.067
 
 

@@ -204,11 +204,20 @@ def _iterate(
             return Solution(
                 compliance[free], found, rows, residual, noise[0], weight, scale, iteration
             )
+    why = "the loads are too large for these compliances, or most readings are wrong"
+    advice = "look at the linear model first"
+    if not isinstance(loss, Squares):
+        why = "the readings may be too few, or too many of them wrong, to tell which are wrong"
+        advice = "look at least squares, or at a tamer loss, first"
     raise InputError(
         f"the fit to {problem.measurements.source or 'the measurements'} does not come to rest: "
-        "the loads are too large for these compliances, or most readings are wrong; look at the "
-        "linear model first"
+        f"{why}; {advice}"
     )
+
+
+def degrees_of_freedom(problem: Problem) -> int:
+    """Coordinates read and rows of a prior, less unknowns."""
+    return 3 * len(problem.measurements) + len(problem.extra_values) - len(problem.free)
 
 
 def _at_rest(step: Array, compliance: Array, found: LinearFit) -> bool:
@@ -251,5 +260,5 @@ def _weighed(problem: Problem, loss: Loss, values: Array) -> tuple[Array, float]
     size = np.linalg.norm(values, axis=1)
     if isinstance(loss, Squares):
         return np.ones_like(size), 1.0
-    scale = 1.0 if problem.known_noise else robust_scale(size)
+    scale = 1.0 if problem.known_noise else robust_scale(size, degrees_of_freedom(problem))
     return loss.weight(size / scale), scale

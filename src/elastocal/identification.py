@@ -20,7 +20,13 @@ from elastocal.fitting.goodness import LackOfFit, lack_of_fit
 from elastocal.fitting.influence import Influence, influence, reordered
 from elastocal.fitting.least_squares import column_norms, unseen
 from elastocal.fitting.robust import LOSSES
-from elastocal.gauss_newton import Problem, Solution, solve_equilibrium, solve_linear
+from elastocal.gauss_newton import (
+    Problem,
+    Solution,
+    degrees_of_freedom,
+    solve_equilibrium,
+    solve_linear,
+)
 from elastocal.measurement import Measurements
 from elastocal.uncertainty import Fit, covariance_of, noise, quantile
 from elastocal.weakness import weaknesses
@@ -49,6 +55,8 @@ class Identification:
         singular_values: (p,) of the scaled rows, largest first: how well combinations are seen.
         combinations: (p, p) the combinations, in units of the columns' norms; one in each row.
         held: Names held at zero by `nonnegative`.
+        information: (p, p) inverse covariance for noise as promised, prior and weights included.
+        variance: Variance of the estimate over that of this information.
         iterations: Gauss-Newton steps.
         measurements: What was fitted.
         arm: The robot with all springs of the model and the measured tool.
@@ -73,6 +81,8 @@ class Identification:
     singular_values: Array
     combinations: Array
     held: tuple[str, ...]
+    information: Array
+    variance: float
     iterations: int
     measurements: Measurements = field(repr=False)
     arm: ElasticArm = field(repr=False)
@@ -136,8 +146,9 @@ def identify(
     found = linear
     if how.model == "equilibrium":
         found = solve_equilibrium(problem, linear, LOSSES[how.loss])
-    dof = 3 * len(measurements) + len(problem.extra_values) - p
-    chi_square = float(np.sum(found.residual**2)) + _prior_misfit(problem, found)
+    dof = degrees_of_freedom(problem)
+    misfit = _prior_misfit(problem, found)
+    chi_square = float(np.sum(found.residual**2)) + misfit
     scale, variance, freedom = noise(how, found, chi_square, dof)
     covariance = covariance_of(problem, found, variance, known)
     compliance = np.array(problem.start)
@@ -162,7 +173,8 @@ def identify(
             found.residual,
             found.noise,
             configuration[measurements.case] * len(measurements.tool.markers) + measurements.marker,
-            p,
+            p - len(problem.extra_values),
+            misfit,
         ),
         residual=frozen(_in_metres(found, found.residual)),
         weight=frozen(found.weight),
@@ -173,6 +185,8 @@ def identify(
         singular_values=frozen(values),
         combinations=frozen(vectors),
         held=tuple(n for n, h in zip(names, found.fit.held, strict=True) if h),
+        information=frozen(found.fit.information),
+        variance=variance,
         iterations=found.iterations,
         measurements=measurements,
         arm=problem.arm,

@@ -14,7 +14,7 @@ from elastocal.arrays import Array
 from elastocal.compliance_model import ComplianceModel
 from elastocal.errors import IdentifiabilityError, InputError
 from elastocal.fitting.least_squares import column_norms
-from elastocal.fitting.robust import LOSSES, inflation, robust_scale
+from elastocal.fitting.robust import EFFICIENCY, LOSSES, inflation, robust_scale
 from elastocal.gauss_newton import Problem, Solution
 
 
@@ -57,9 +57,11 @@ def noise(how: Fit, found: Solution, chi_square: float, dof: int) -> tuple[float
     scale = float(np.sqrt(chi_square / dof)) if dof > 0 else float("nan")
     if how.loss != "squares":
         size = np.linalg.norm(found.residual, axis=1)
-        scale = robust_scale(size)
+        scale = robust_scale(size, dof)
         used = 1.0 if how.sigma == "known" else scale
         variance = inflation(LOSSES[how.loss], size, used, max(dof, 1))
+        if how.sigma == "known":  # no robust fit beats least squares by luck
+            variance = max(variance, 1.0 / EFFICIENCY)
         return scale, variance, float(dof) if how.sigma == "estimated" else np.inf
     if how.sigma == "known":
         return scale, 1.0, np.inf

@@ -10,12 +10,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from elastocal.arrays import Array, frozen
+from elastocal.arrays import Array, BoolArray, frozen
 from elastocal.compliance_model import ComplianceModel
 from elastocal.elastic_arm import ElasticArm
 from elastocal.equilibrium import deflection_and_gradient
+from elastocal.errors import InputError
 from elastocal.fitting.goodness import p_value_chi_square
 from elastocal.identification import Identification
+from elastocal.left_out import left_out_covariance
 from elastocal.measurement import Measurements
 from elastocal.uncertainty import quantile
 
@@ -32,7 +34,10 @@ class Validation:
             reading and uncertainty of the compliances [m].
         half_width: (R, 3) half widths of the prediction intervals [m].
         confidence: Their confidence.
-        chi_square: `after` in units of its covariance, reading by reading, squared and summed.
+        chi_square: Kept aside: `after`, squared in units of the joint covariance of all readings,
+            which share the error of the model. Left out in turn: that of the fit, over the noise
+            found if it was estimated.
+        dof: Degrees of freedom of it.
         kept_aside: Whether the readings took no part in making the model; False: every
             experiment was left out in turn.
     """
@@ -44,17 +49,24 @@ class Validation:
     half_width: Array
     confidence: float
     chi_square: float
+    dof: int
     kept_aside: bool
 
     @property
     def inside(self) -> float:
-        """Share of coordinates inside their prediction intervals."""
-        return float((np.abs(self.after) <= self.half_width).mean())
+        """Share of coordinates inside their prediction intervals; NaN if there are none."""
+        inside = np.abs(self.after) <= self.half_width
+        return float(inside[self.predicted].mean()) if self.coordinates else float("nan")
 
     @property
-    def dof(self) -> int:
-        """Coordinates read."""
-        return int(self.after.size)
+    def predicted(self) -> BoolArray:
+        """(R,) readings of which the model, or the other experiments, say anything."""
+        return np.asarray(np.isfinite(self.half_width).all(axis=1))
+
+    @property
+    def coordinates(self) -> int:
+        """Coordinates that were predicted."""
+        return 3 * int(self.predicted.sum())
 
     @property
     def p_value(self) -> float:
@@ -109,45 +121,54 @@ def validate(
     after = measurements.deflection - modelled.reshape(count, markers, 3)[own]
     rows = gradient.reshape(count, markers, 3, -1)[own]
     spread = rows @ model.covariance @ rows.transpose(0, 2, 1)
-    return _judged(measurements, after, spread, model.dof, confidence, kept_aside=True)
+    chi_square = _joint(after, rows, measurements.covariance, model.covariance)
+    expected = spread + measurements.covariance
+    test = (chi_square, after.size)
+    return _judged(measurements, after, expected, model.dof, confidence, test, kept_aside=True)
+
+
+def _joint(after: Array, rows: Array, noise: Array, covariance: Array) -> float:
+    """Errors (R, 3) squared in units of noise + rows · covariance · rowsᵀ, all readings at once.
+
+    Source: the matrix inversion lemma, for a covariance that may be singular.
+    """
+    quiet = np.linalg.solve(noise, after[..., None])[..., 0]
+    pulled = np.einsum("rip,ri->p", rows, quiet)
+    told = np.einsum("rip,riq->pq", rows, np.linalg.solve(noise, rows))
+    shared = np.linalg.solve(np.eye(len(pulled)) + covariance @ told, covariance @ pulled)
+    return float(np.einsum("ri,ri->", after, quiet) - pulled @ shared)
 
 
 def leave_one_out(found: Identification, *, confidence: float = 0.95) -> Validation:
     """The identification against its own readings, each experiment left out in turn.
 
     Experiments without which a compliance is unknown are predicted with the full fit, and their
-    interval is infinite.
+    interval is infinite: they do not count.
 
-    Source: ours; left-out residuals in closed form, see `influence`.
+    Source: ours; left-out residuals in closed form, see `influence` and `left_out`.
     """
-    data = found.measurements
-    arm = ElasticArm(found.arm.robot, found.model.springs, data.tool, found.arm.gravity)
-    _, gradient = deflection_and_gradient(arm, found.model.compliance, data.cases)
-    rows = gradient.reshape(len(data.cases), len(data.tool.markers), 3, -1)[data.case, data.marker]
-    # Without the experiment the standard errors are larger by the ratios of its influence.
-    growth = np.ones((len(data.cases), len(found.model.compliance)))
-    growth[:, found.index] = found.influence.error_ratio
-    scaled = rows * growth[data.case][:, None, :]
-    with np.errstate(invalid="ignore"):
-        spread = scaled @ found.model.covariance @ scaled.transpose(0, 2, 1)
-    spread = np.where(np.isnan(spread), np.inf, spread)
-    return _judged(data, found.left_out, spread, found.model.dof, confidence, kept_aside=False)
+    expected = left_out_covariance(found)
+    # Left-out residuals depend on one another; together they say what the fit's χ² says.
+    noise = found.scale**2 if found.how.sigma == "estimated" else 1.0
+    test = (found.chi_square / noise, found.dof)
+    data, dof = found.measurements, found.model.dof
+    return _judged(data, found.left_out, expected, dof, confidence, test, kept_aside=False)
 
 
 def _judged(
     measurements: Measurements,
     after: Array,
-    spread: Array,
+    expected: Array,
     dof: float,
     confidence: float,
+    test: tuple[float, int],
     *,
     kept_aside: bool,
 ) -> Validation:
     """Errors with the covariance in which they are expected."""
-    expected = spread + measurements.covariance
+    if not 0.5 <= confidence < 1.0:
+        raise InputError(f"the confidence must be from 0.5 to below 1, found {confidence:g}")
     deviation = np.sqrt(np.diagonal(expected, axis1=1, axis2=2))
-    finite = np.isfinite(expected).all(axis=(1, 2))
-    solved = np.linalg.solve(expected[finite], after[finite][..., None])[..., 0]
     return Validation(
         measurements=measurements,
         before=measurements.deflection,
@@ -155,6 +176,7 @@ def _judged(
         deviation=frozen(deviation),
         half_width=frozen(quantile(0.5 + 0.5 * confidence, dof) * deviation),
         confidence=confidence,
-        chi_square=float(np.einsum("ri,ri->", after[finite], solved)),
+        chi_square=test[0],
+        dof=test[1],
         kept_aside=kept_aside,
     )

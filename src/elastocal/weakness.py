@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from elastocal.arrays import Array
 from elastocal.fitting.goodness import p_value_chi_square
+from elastocal.left_out import left_out_covariance
 
 if TYPE_CHECKING:
     from elastocal.identification import Identification
@@ -62,23 +64,23 @@ def _noise(found: Identification) -> Iterator[str]:
         p = p_value_chi_square(found.chi_square, found.dof)
         if p < _SURE:
             yield (
-                f"the residuals scatter {found.scale:.2g} times as much as σ promises (χ² = "
+                f"the residuals scatter {_short(found.scale)} times as much as σ promises (χ² = "
                 f"{found.chi_square:.4g} with {found.dof} degrees of freedom): the noise is larger "
                 "or the model lacks something; the intervals are too narrow, estimate σ"
             )
         elif p > 1.0 - _SURE:
             yield (
-                f"the residuals scatter only {found.scale:.2g} times as much as σ promises: σ is "
-                "too pessimistic, or the readings were smoothed or repeated"
+                f"the residuals scatter only {_short(found.scale)} times as much as σ promises: σ "
+                "is too pessimistic, or the readings were smoothed or repeated"
             )
     if found.how.sigma == "estimated" and found.dof < _FEW:
         yield f"σ is estimated from {found.dof} degrees of freedom only: the intervals are wide"
     lack = found.lack_of_fit
     if lack is not None and lack.p_value < _SURE:
         yield (
-            f"repeats agree with one another ({lack.pure_scale:.2g} of the promised noise) far "
-            f"better than with the model ({lack.fit_scale:.2g}): this is model error, not noise; "
-            "no number of repeats will cure it"
+            f"repeats agree with one another ({_short(lack.pure_scale)} of the promised noise) far "
+            f"better than with the model ({_short(lack.fit_scale)}): this is model error, not noise; no "
+            "number of repeats will cure it"
         )
 
 
@@ -113,7 +115,7 @@ def _carried(found: Identification) -> Iterator[str]:
         grows = (
             f"without {it} nothing is known of these joints"
             if np.isinf(worst)
-            else f"without {it} the standard errors are up to {worst:.2g} times as large"
+            else f"without {it} the standard errors are up to {_short(worst)} times as large"
         )
         yield (
             f"{_listed([found.identified[j] for j in joints])}: carried by {what} "
@@ -144,18 +146,36 @@ def _outlying(found: Identification) -> Iterator[str]:
                 + f": {_listed([_reading(found, r) for r in low.tolist()])}"
             )
         return
-    deviation = np.sqrt(np.einsum("rii->r", data.covariance) / 3.0)
-    if found.how.sigma == "estimated":
-        deviation = deviation * found.scale
-    size = np.abs(found.left_out).max(axis=1) / deviation
-    far = np.flatnonzero(size > max(_FAR, np.sqrt(2.0 * np.log(3.0 * len(data)) + 6.0)))
+    limit = max(_FAR, np.sqrt(2.0 * np.log(3.0 * len(data)) + 6.0))
+    size = _far_out(found, limit)
+    far = np.flatnonzero(size > limit)
     if len(far):
         far = far[np.argsort(-size[far])]
         names = [_reading(found, r) for r in far.tolist()]
         yield (
-            f"{_listed(names)}: more than {size[far].min():.2g} σ from "
+            f"{_listed(names)}: more than {_short(size[far].min())} σ from "
             "what the other experiments say; look at it, or use a robust loss"
         )
+
+
+def _far_out(found: Identification, limit: float) -> Array:
+    """(R,) left-out residuals over their standard deviation; zero for those surely below `limit`.
+
+    The noise alone is less than that deviation, and quickly had.
+    """
+    data = found.measurements
+    noise = np.sqrt(np.diagonal(data.covariance, axis1=1, axis2=2))
+    if found.how.sigma == "estimated":
+        noise = noise * found.scale
+    size = np.zeros(len(data))
+    suspect = np.zeros(len(data.cases), dtype=bool)
+    suspect[data.case[(np.abs(found.left_out) > limit * noise).any(axis=1)]] = True
+    if suspect.any():
+        expected = left_out_covariance(found, suspect)
+        deviation = np.sqrt(np.diagonal(expected, axis1=1, axis2=2))
+        there = suspect[data.case]
+        size[there] = (np.abs(found.left_out[there]) / deviation).max(axis=1)
+    return size
 
 
 def _nonlinear(found: Identification) -> Iterator[str]:
@@ -175,6 +195,11 @@ def _reading(found: Identification, reading: int) -> str:
     name = data.names[data.case[reading]]
     marker = data.tool.marker_names[data.marker[reading]]
     return name if len(data.tool.markers) == 1 else f"{name}/{marker}"
+
+
+def _short(value: float) -> str:
+    """Two digits, without an exponent as long as people would write none."""
+    return f"{float(f'{value:.2g}'):g}"
 
 
 def _listed(names: list[str]) -> str:

@@ -287,3 +287,32 @@ def test_interrupt_leaves_old_files_alone(tmp_path: Path) -> None:
     assert said == "stopped; no file was changed\n"
     assert out.read_text(encoding="utf-8") == "old"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["plan.json", "study.yaml"]
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "cp1252"])
+def test_narrow_encodings_spell_what_they_cannot_write(folder: Path, encoding: str) -> None:
+    """A pipe on Windows, a terminal over a serial line: units stay readable, nothing fails."""
+    command = [sys.executable, "-m", "elastocal", "evaluate", "study.yaml", "plan.json"]
+    for more in ([], ["--json"]):
+        done = subprocess.run(
+            [*command, "--random", "10", *more],
+            cwd=folder,
+            env=os.environ | {"PYTHONIOENCODING": encoding, "PYTHONUTF8": "0"},
+            capture_output=True,
+            check=False,
+        )
+        assert done.returncode == 0, done.stderr
+        text = done.stdout.decode(encoding)
+        if more:
+            assert json.loads(text)["plan.json"]["experiments"] == 3
+        else:
+            assert "rho0" in text
+            assert ("um" if encoding == "ascii" else "µm") in text or "mm" in text
+    done = subprocess.run(
+        [*command[:4], "stüdy.yaml", "plan.json"],
+        cwd=folder,
+        env=os.environ | {"PYTHONIOENCODING": "ascii"},
+        capture_output=True,
+        check=False,
+    )
+    assert b"st\\xfcdy.yaml: no such file" in done.stderr

@@ -131,3 +131,45 @@ def test_no_input_is_written_over(folder: Path) -> None:
     )  # fmt: skip
     assert result.exit_code == 2
     assert (folder / "m.csv").read_bytes() == before
+
+
+def test_nothing_is_written_over_what_it_is_made_from(folder: Path, tmp_path: Path) -> None:
+    """Prior, known model and mapping are inputs like the measurements."""
+    study, measured, model = folder / "study.yaml", folder / "m.csv", folder / "model.json"
+    before = model.read_bytes()
+    for option in ("--prior", "--known"):
+        result = run("identify", study, measured, option, model, "-o", model)
+        assert (result.exit_code, model.read_bytes()) == (2, before)
+        assert "over the file it is made from" in result.stderr
+    other = tmp_path / "study.yaml"
+    other.write_bytes(study.read_bytes())
+    result = run("report", folder / "plan.json", "--study", other, "-o", other, "--quick")
+    assert (result.exit_code, other.read_bytes()) == (2, study.read_bytes())
+
+
+def test_a_confidence_is_a_probability(folder: Path) -> None:
+    study, model = folder / "study.yaml", folder / "model.json"
+    for wrong in ("95", "0.2", "1", "nan"):
+        result = run("validate", study, model, folder / "v.csv", "--confidence", wrong)
+        assert result.exit_code == 2, result.stdout
+        assert "confidence must be from 0.5 to below 1" in result.stderr
+
+
+def test_files_that_count_their_experiments_alike_are_named(folder: Path) -> None:
+    text = (folder / "v.csv").read_text(encoding="utf-8")
+    lines = [line for line in text.splitlines() if not line.startswith("#")]
+    lines[1:] = [
+        ",".join([str(7 - i), *line.split(",")[1:]]) for i, line in enumerate(lines[1:], 1)
+    ]
+    (folder / "other.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    result = run(
+        "check",
+        folder / "study.yaml",
+        "--measurements",
+        folder / "m.csv",
+        "--measurements",
+        folder / "other.csv",
+    )
+    assert result.exit_code == 2
+    assert f" of {folder / 'm.csv'}; expected one" in result.stderr
+    assert "names of their own in every file" in result.stderr

@@ -132,4 +132,5 @@ def print_json(document: Any) -> None:
 
     from elastocal.io.files import finite
 
-    print(json.dumps(finite(document), indent=2, ensure_ascii=False, allow_nan=False))
+    narrow = not (sys.stdout.encoding or "").lower().startswith("utf")
+    print(json.dumps(finite(document), indent=2, ensure_ascii=narrow, allow_nan=False))

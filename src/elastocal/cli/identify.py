@@ -81,7 +81,8 @@ def identify(
     from elastocal.io.model_file import model_document, write_model
     from elastocal.uncertainty import Fit
 
-    writable(out, study, *measurements, suffix=".json")
+    models = [file for file in (mapping, prior, known) if file is not None]
+    writable(out, study, *measurements, *models, suffix=".json")
     what = study_at(study)
     data = readings(what, measurements, mapping)
     if not as_json:  # before the fit: what looks odd explains why a fit fails

@@ -77,7 +77,7 @@ def report(
     files = Files(measurements or [], model, mapping, prior, known, validation or [], path, truth)
     if campaigns is not None and truth is None:
         raise InputError("--campaigns needs --truth: true compliances to simulate with")
-    writable(out, plan_file, *(vs or []), *files.all)
+    writable(out, plan_file, *([study] if study else []), *(vs or []), *files.all)
     what = study_of_plan(plan_file, study)
     proposal = read_proposal(plan_file, what)
     m = int(proposal.repeats.sum())

@@ -39,7 +39,7 @@ def p_value_chi_square(chi_square: float, dof: int) -> float:
 
 
 def lack_of_fit(
-    residual: Array, noise: Array, group: IntArray, parameters: int
+    residual: Array, noise: Array, group: IntArray, parameters: int, misfit: float = 0.0
 ) -> LackOfFit | None:
     """F test of lack of fit; None without repeats.
 
@@ -47,7 +47,8 @@ def lack_of_fit(
         residual: (R, 3) residuals over the noise.
         noise: (R, 3, 3) factors of the covariances that divided them [m].
         group: (R,) readings of the same marker under the same load case share a number.
-        parameters: Number of unknowns p.
+        parameters: Number of unknowns p, less the rows of a prior.
+        misfit: Squared residuals of these rows.
 
     Source: Draper & Smith, Applied Regression Analysis, ch. 2, for vectors of known covariance.
     """
@@ -69,7 +70,7 @@ def lack_of_fit(
     mean = np.linalg.solve(total, right[..., None])[..., 0]
     within = residual - np.einsum("rij,rj->ri", whitener, mean[index])
     pure = float(np.sum(within**2))
-    about = max(float(np.sum(residual**2)) - pure, 0.0)
+    about = max(float(np.sum(residual**2)) - pure, 0.0) + misfit
     fit_dof = 3 * groups - parameters
     if fit_dof <= 0:
         return LackOfFit(float(np.sqrt(pure / pure_dof)), pure_dof, 0.0, 0, float("nan"))

@@ -15,6 +15,9 @@ import numpy as np
 
 from elastocal.arrays import Array
 
+EFFICIENCY = 0.95
+"""Of robust losses against least squares where the noise is normal."""
+
 _MEDIAN = 2.365974  # median of χ² with three degrees of freedom
 
 
@@ -71,9 +74,13 @@ class Bisquare(Loss):
 LOSSES: dict[str, Loss] = {"squares": Squares(), "huber": Huber(), "bisquare": Bisquare()}
 
 
-def robust_scale(size: Array) -> float:
-    """Noise over what was promised, from the median residual size."""
-    return max(float(np.sqrt(np.median(size**2) / _MEDIAN)), 1e-12)
+def robust_scale(size: Array, dof: int) -> float:
+    """Noise over what was promised, from the median size of residuals with `dof` freedoms.
+
+    A fit makes residuals smaller than the noise: by the root of dof / 3R.
+    """
+    shrunk = min(max(dof, 1) / (3.0 * len(size)), 1.0)
+    return max(float(np.sqrt(np.median(size**2) / _MEDIAN / shrunk)), 1e-12)
 
 
 def inflation(loss: Loss, size: Array, scale: float, dof: int) -> float:

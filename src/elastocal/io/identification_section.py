@@ -80,6 +80,7 @@ def validation_document(found: Validation) -> dict[str, Any]:
         "before_mm": _millimetres(found.before),
         "after_mm": _millimetres(found.after),
         "confidence": found.confidence,
+        "coordinates": found.coordinates,
         "share_inside": found.inside,
         "chi_square": found.chi_square,
         "degrees_of_freedom": found.dof,

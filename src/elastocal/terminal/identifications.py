@@ -110,11 +110,24 @@ def show_validation(found: Validation) -> None:
         label = {"rms": "root mean square", "mean": "mean", "largest": "largest"}[name]
         table.add_row(label, micrometres(value), micrometres(rest), _removed(value, rest))
     whole(table)
-    out.print(
-        f"{100 * found.inside:.3g} % of {found.dof} coordinates lie inside their "
-        f"{100 * found.confidence:g} % prediction intervals "
-        f"(χ² = {found.chi_square:.4g}, p = {found.p_value:.2g})."
-    )
+    if found.coordinates:
+        out.print(
+            f"{100 * found.inside:.3g} % of {found.coordinates} coordinates lie inside their "
+            f"{100 * found.confidence:g} % prediction intervals "
+            f"(χ² = {found.chi_square:.4g} with {found.dof} degrees of freedom, "
+            f"p = {found.p_value:.2g})."
+        )
+    lost = np.unique(data.case[~found.predicted])
+    if len(lost):
+        what = "it knows" if len(lost) == 1 else "each of them knows"
+        out.print(
+            Text(
+                f"Weak: {len(lost)} of {counted(len(data.cases), 'experiment')} cannot be "
+                f"predicted from the others, since {what} a compliance alone; `after` is the "
+                "residual of the fit there, and does not count.",
+                style="yellow",
+            )
+        )
     if found.p_value < 1e-3:
         out.print(
             Text(

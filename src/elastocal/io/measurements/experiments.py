@@ -60,7 +60,8 @@ def grouped(table: Table, robot: Robot, loaded: BoolArray | None, gravity: Array
         raise MeasurementFileError(
             f"{table.where(int(row), keys[joint])}: experiment {names[codes[row]]!r} has "
             f"{scale * shown[row, joint]:.6g} {unit} here and {scale * shown[first, joint]:.6g} "
-            f"{unit} in line {_line(table, first)}; expected one configuration for each experiment"
+            f"{unit} in {table.line(first, int(row))}; expected one configuration for each "
+            "experiment" + _own_names(table, first, int(row))
         )
     remarks = []
     if spread.any():
@@ -164,8 +165,8 @@ def _shared(
             now, then = wrench[row, side][axis], wrench[first, side][axis]
             raise MeasurementFileError(
                 f"{table.where(row, key)}: experiment {names[codes[row]]!r} has {now:.6g} {unit} "
-                f"here and {then:.6g} {unit} in line {_line(table, first)}; expected one load for "
-                "each experiment"
+                f"here and {then:.6g} {unit} in {table.line(first, row)}; expected one load for "
+                "each experiment" + _own_names(table, first, row)
             )
         if apart.any():
             remarks.append(
@@ -175,5 +176,7 @@ def _shared(
     return result, remarks
 
 
-def _line(table: Table, row: int) -> int:
-    return int(table.sources[0].lines[row])
+def _own_names(table: Table, row: int, other: int) -> str:
+    """Advice where two files count their experiments alike."""
+    file = table.sources[0].file
+    return "" if file[row] == file[other] else ", and names of their own in every file"

@@ -89,8 +89,8 @@ def deflections(
             row, old = int(again[other.argmax()]), int(before[other.argmax()])
             raise MeasurementFileError(
                 f"{table.where(row)}: experiment {grouping.names[grouping.codes[row]]!r}, marker "
-                f"{tool.marker_names[marker[row]]!r} was given in line "
-                f"{table.sources[0].lines[old]} with another deflection; a repetition needs an "
+                f"{tool.marker_names[marker[row]]!r} was given in "
+                f"{table.line(old, row)} with another deflection; a repetition needs an "
                 "experiment name of its own"
             )
         keep[again] = False

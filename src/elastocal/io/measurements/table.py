@@ -52,6 +52,14 @@ class Table:
         place = f"{source.paths[source.file[row]]}, line {source.lines[row]}"
         return f"{place}, column {source.headers[key]!r}" if key in source.headers else place
 
+    def line(self, row: int, other: int) -> str:
+        """The line of a row, with its file if that is not the file of the `other` row."""
+        source = self.sources[0]
+        place = f"line {source.lines[row]}"
+        if source.file[row] == source.file[other]:
+            return place
+        return f"{place} of {source.paths[source.file[row]]}"
+
     def has(self, *keys: str) -> bool:
         """Whether all these columns are there."""
         return all(key in self.numbers or key in self.words for key in keys)
