@@ -397,7 +397,7 @@ def test_weak_results_say_so() -> None:
         replace(good, deflection=-good.deflection), LINEAR
     )
     far = remarks(measured(arm(), cases, rng=rng, promised=1e-7))
-    assert "scatter 300 times" in far.replace("290 ", "300 ").replace("310 ", "300 ")
+    assert "e+" not in far.partition(" times as much")[0]  # 250, not 2.5e+02
     feeble = measured(arm(), hung(24, force=15.0), rng=rng)
     assert "the interval contains zero" in remarks(feeble)
     assert "biased at second order" in remarks(good, LINEAR)

@@ -79,8 +79,8 @@ def _noise(found: Identification) -> Iterator[str]:
     if lack is not None and lack.p_value < _SURE:
         yield (
             f"repeats agree with one another ({_short(lack.pure_scale)} of the promised noise) far "
-            f"better than with the model ({_short(lack.fit_scale)}): this is model error, not noise; no "
-            "number of repeats will cure it"
+            f"better than with the model ({_short(lack.fit_scale)}): this is model error, not "
+            "noise; no number of repeats will cure it"
         )
 
 
