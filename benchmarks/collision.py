@@ -3,8 +3,9 @@
     python benchmarks/collision.py [--rounds 3]
 
 Three cells around the KR 270: capsules along its chain among boxes, which have closed forms; the
-same with a cylinder and a mesh, which go to coal; and a robot whose links are meshes. Processor
-time, so that other work on the machine matters less.
+same with a cylinder and a mesh, which go to coal; and a robot whose links are meshes. Then a UR5
+with the meshes of its description, close over its table. Processor time, so that other work on
+the machine matters less.
 """
 
 from __future__ import annotations
@@ -19,11 +20,16 @@ from pathlib import Path
 import numpy as np
 
 from elastocal.cell import CollisionRules, clearances
+from elastocal.constraints import HalfSpace
+from elastocal.elastostatics import joint_springs
+from elastocal.instrument import Isotropic
 from elastocal.io.study_file import read_study
+from elastocal.load_case import LoadCases
+from elastocal.loads import FixedVector
 from elastocal.planning import plan
-from elastocal.robot import Robot, transform
+from elastocal.robot import Robot, Tool, transform
 from elastocal.shapes import Shape
-from elastocal.study import Study
+from elastocal.study import Experiments, Study, test_pose
 
 ROOT = Path(__file__).parents[1]
 
@@ -63,6 +69,29 @@ def with_meshes(robot: Robot, folder: Path) -> Robot:
     return replace(robot, collisions=tuple(shapes))
 
 
+def ur5() -> Study:
+    """A UR5 with its meshes, weights of 5 kg."""
+    from importlib.metadata import files
+
+    from elastocal.robots.urdf import from_urdf
+
+    names = {str(f): Path(str(f.locate())) for f in files("example-robot-data") or ()}
+    urdf = next(
+        path for name, path in names.items() if name.endswith("ur5_joint_limited_robot.urdf")
+    )
+    robot = from_urdf(urdf, tip="tool0", packages={"example-robot-data": urdf.parents[3]})
+    springs = joint_springs(robot, list(robot.joint_names[1:]))
+    bracket = Tool("bracket", np.array([0.09, 0, 0.12]), np.array([[0.09, 0, 0.12]]), ("M1",))
+    home = np.radians([0.0, -90.0, 90.0, -90.0, -90.0, 0.0])
+    wrench = np.array([[0.0, 0.0, -50.0, 0.0, 0.0, 0.0]])
+    task = np.radians([20.0, -75.0, 100.0, -115.0, -90.0, 10.0])
+    pose = test_pose(robot, springs, bracket, LoadCases(task[None], wrench), 1.0, "task")
+    experiments = Experiments(bracket, FixedVector(wrench[0, :3]), 12, 6)
+    low = HalfSpace("height of M1 >= 100 mm", bracket.load_point, [0.0, 0.0, 1.0], 0.1)
+    study = Study(robot, springs, (pose,), experiments, Isotropic(3e-5), (low,))
+    return replace(study, pace=replace(study.pace, home=home))
+
+
 def with_cell(study: Study, robot: Robot, obstacles: Sequence[Shape]) -> Study:
     """The study with clearances."""
     tool = study.experiments.tool
@@ -86,6 +115,8 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=3)
     rounds = parser.parse_args().rounds
     study = read_study(ROOT / "examples" / "kr270" / "study.yaml")
+    home = np.radians([0.0, -120.0, 120.0, 0.0, 0.0, 0.0])
+    study = replace(study, pace=replace(study.pace, home=home))
     base, rho0 = seconds(study, rounds)
     print(f"{'without':34} {base:6.2f} s          ρ0 {1e6 * rho0:.3f} µm")
     with tempfile.TemporaryDirectory() as name:
@@ -98,6 +129,12 @@ def main() -> None:
         ):
             found, rho0 = seconds(with_cell(study, robot, obstacles), rounds)
             print(f"{what:34} {found:6.2f} s  {found / base:5.2f}×  ρ0 {1e6 * rho0:.3f} µm")
+    cobot = ur5()
+    base, rho0 = seconds(cobot, rounds)
+    print(f"{'UR5 without':34} {base:6.2f} s          ρ0 {1e6 * rho0:.3f} µm")
+    table = Shape("box", np.array([1.6, 1.6, 0.05]), transform(None, (0, 0, -0.03)), 0, "table")
+    found, rho0 = seconds(with_cell(cobot, cobot.robot, [table]), rounds)
+    print(f"{'UR5, meshes, table':34} {found:6.2f} s  {found / base:5.2f}×  ρ0 {1e6 * rho0:.3f} µm")
 
 
 if __name__ == "__main__":

@@ -34,6 +34,7 @@ class CollisionRules:
         motion_margin: Distance to keep while moving between them [m]; None for half of `margin`.
         itself: Whether the robot must not touch itself.
         ignore: Pairs of names that may touch: joints, links, "base", "tool", obstacles.
+        as_capsules: Whether to put capsules around the shapes of the links: larger, and faster.
         link_radius: Radius of the capsules of a robot without shapes [m]: of all, or by joint.
     """
 
@@ -41,6 +42,7 @@ class CollisionRules:
     motion_margin: float | None = None
     itself: bool = True
     ignore: tuple[tuple[str, str], ...] = ()
+    as_capsules: bool = False
     link_radius: float | Mapping[str, float] | None = None
 
 
@@ -59,7 +61,7 @@ def clearances(
     Raises:
         InputError: a mesh cannot be used, a name is not known, or a package is missing.
     """
-    links = robot_solids(robot, rules.link_radius)
+    links = robot_solids(robot, rules.link_radius, as_capsules=rules.as_capsules)
     solids = [*links, *tool_solids(robot, tool)]
     things = [solids_of(shape, shape.name) for shape in obstacles]
     _check_names(robot, rules, solids, [shape.name for shape in obstacles])

@@ -12,27 +12,36 @@ from dataclasses import replace
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.collision.solid import Solid, capsule, solids_of
+from elastocal.collision.solid import Solid, around, capsule, solids_of
 from elastocal.robot import Robot, Tool
 
 LINK_SHARE = 0.05
 """Radius of a link over the length of the chain, if nothing is said."""
 
 
-def robot_solids(robot: Robot, radius: float | Mapping[str, float] | None = None) -> list[Solid]:
+def robot_solids(
+    robot: Robot,
+    radius: float | Mapping[str, float] | None = None,
+    *,
+    as_capsules: bool = False,
+) -> list[Solid]:
     """The robot's collision shapes as convex solids, or capsules along its chain.
 
     Args:
         robot: The robot.
         radius: Radius of the capsules [m]: of all, or by the joint that moves them ("base" for
             the base); where it is not said, `LINK_SHARE` of the length of the chain.
+        as_capsules: Put a capsule around every shape of a link instead: larger, and faster.
 
     Raises:
         InputError: a mesh cannot be used.
     """
     if robot.collisions:
         return [
-            replace(solid, joint=body_name(robot, shape.body))
+            replace(
+                around(solid) if as_capsules and shape.body else solid,
+                joint=body_name(robot, shape.body),
+            )
             for shape in robot.collisions
             for solid in solids_of(shape, shape.name or body_name(robot, shape.body))
         ]

@@ -1,4 +1,4 @@
-"""Signed distance of two convex solids by coal, one pair at a time; for what has no closed form."""
+"""Signed distances of two convex solids by coal, one by one; for what has no closed form."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from elastocal.arrays import Array
+from elastocal.arrays import Array, IntArray
 from elastocal.collision.solid import Solid
 from elastocal.errors import InputError
 from elastocal.posture import Posture
@@ -44,48 +44,38 @@ class PairDistance:
     def __reduce__(self) -> tuple[Any, ...]:
         return PairDistance, self._solids
 
-    def __call__(self, first: Any, second: Any) -> tuple[float, Array, Array, Array]:
-        """Signed distance [m], nearest points of both, direction that parts them.
-
-        The arguments are where the two solids are, from `placements`.
+    def __call__(self, places: Placements, case: IntArray) -> tuple[Array, Array, Array, Array]:
+        """Signed distances (K,) [m] in K postures, nearest points of both and the direction that
+        parts them, (3, K) each.
         """
-        self._result.clear()
-        distance = self._distance(
-            self._first, first, self._second, second, self._request, self._result
-        )
-        return (
-            float(distance),
-            self._result.getNearestPoint1(),
-            self._result.getNearestPoint2(),
-            -self._result.normal,
-        )
+        first, second = (places.of(solid, case) for solid in self._solids)
+        request, result, measure = self._request, self._result, self._distance
+        distance, points = np.empty(len(case)), np.empty((len(case), 3, 3))
+        for k, (one, two) in enumerate(zip(first, second, strict=True)):
+            result.clear()
+            distance[k] = measure(self._first, one, self._second, two, request, result)
+            point = points[k]  # copied: what coal returns is a view of what it changes next
+            point[0], point[1] = result.getNearestPoint1(), result.getNearestPoint2()
+            point[2] = result.normal
+        a, b, normal = points.transpose(1, 2, 0)
+        return distance, a, b, -normal
 
 
 class Placements:
-    """Where solids are in N postures, as coal takes it; each is made when it is first asked for."""
+    """Where solids are in N postures, as coal takes it."""
 
     def __init__(self, posture: Posture) -> None:
         self._posture, self._transform = posture, coal().Transform3s
-        self._frames: dict[int, tuple[Array, Array]] = {}
-        self._fixed: dict[int, Any] = {}
 
-    def at(self, solid: Solid, case: int) -> Any:
-        """Place of a solid in one posture."""
+    def of(self, solid: Solid, case: IntArray) -> list[Any]:
+        """Places of a solid in K of the postures."""
         if solid.body == 0:
-            if id(solid) not in self._fixed:
-                pose = np.array(solid.pose)
-                self._fixed[id(solid)] = self._transform(pose[:3, :3], pose[:3, 3])
-            return self._fixed[id(solid)]
-        if id(solid) not in self._frames:
-            # (4, 3, N) axes and origin of the body to (N, 3, 4), times the pose of the solid
-            frame = self._posture.bodies[solid.body].transpose(2, 1, 0)
-            placed = frame @ solid.pose
-            self._frames[id(solid)] = (
-                np.ascontiguousarray(placed[:, :, :3]),
-                np.ascontiguousarray(placed[:, :, 3]),
-            )
-        rotation, origin = self._frames[id(solid)]
-        return self._transform(rotation[case], origin[case])
+            pose = np.array(solid.pose)
+            return [self._transform(pose[:3, :3], pose[:3, 3])] * len(case)
+        # (4, 3, K) axes and origin of the body to (K, 3, 4), times the pose of the solid
+        placed = self._posture.bodies[solid.body][:, :, case].transpose(2, 1, 0) @ solid.pose
+        rotation, origin = np.ascontiguousarray(placed[:, :, :3]), placed[:, :, 3].copy()
+        return [self._transform(R, p) for R, p in zip(rotation, origin, strict=True)]
 
 
 def _geometry(module: Any, solid: Solid) -> Any:

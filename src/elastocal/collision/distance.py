@@ -17,6 +17,7 @@ from elastocal.arrays import Array, BoolArray, IntArray, frozen
 from elastocal.collision.coal_distance import PairDistance, Placements
 from elastocal.collision.segments import between_segments, segment_and_box
 from elastocal.collision.solid import Solid
+from elastocal.collision.support import largest
 from elastocal.posture import Posture
 
 
@@ -208,26 +209,37 @@ class _Entries:
 def _measure(found: _Entries, pairs: Pairs, posture: Posture, value: Array) -> None:
     """Measure with coal what may still be the nearest of its posture; bounds rise, never fall."""
     best = value.min(axis=0)
+    open_ = np.flatnonzero(~found.exact & (found.value < best[found.case]))
+    _sharpen(found, open_, pairs, posture)
     places = Placements(posture)
-    open_ = np.flatnonzero(~found.exact)
-    order = open_[np.argsort(found.value[open_], kind="stable")]
-    entries = zip(
-        order.tolist(),
-        found.pair[order].tolist(),
-        found.case[order].tolist(),
-        found.value[order].tolist(),
-        strict=True,
-    )
-    for k, pair, case, bound in entries:
-        if bound >= best[case]:
-            continue
-        first, second = pairs.of(pair)
-        distance, one, two, normal = pairs.coal(pair)(
-            places.at(first, case), places.at(second, case)
-        )
-        exact = distance + bound - found.distance[k]  # the slack comes off it, too
-        found.distance[k], found.value[k] = distance, exact
-        found.first[:, k], found.second[:, k], found.normal[:, k] = one, two, normal
-        if exact < value[pair, case]:
-            value[pair, case] = exact
-            best[case] = min(best[case], exact)
+    # First the most promising pair of every posture, then what that leaves open.
+    open_ = open_[np.argsort(found.value[open_], kind="stable")]
+    _, front = np.unique(found.case[open_], return_index=True)
+    for k in (open_[front], np.delete(open_, front)):
+        k = k[found.value[k] < best[found.case[k]]]
+        for pair in np.unique(found.pair[k]).tolist():
+            here = k[found.pair[k] == pair]
+            here = here[found.value[here] < best[found.case[here]]]
+            if not len(here):
+                continue
+            case = found.case[here]
+            distance, *points = pairs.coal(pair)(places, case)
+            exact = distance + found.value[here] - found.distance[here]  # less the slack
+            found.distance[here], found.value[here] = distance, exact
+            found.first[:, here], found.second[:, here], found.normal[:, here] = points
+            value[pair, case] = np.minimum(value[pair, case], exact)
+            best[case] = np.minimum(best[case], exact)
+
+
+def _sharpen(found: _Entries, open_: IntArray, pairs: Pairs, posture: Posture) -> None:
+    """Raise bounds by the support functions of the solids, along the direction that is known."""
+    case, normal = found.case[open_], found.normal[:, open_]
+    apart = np.zeros(len(open_))
+    for sign, index in ((-1.0, pairs.first), (1.0, pairs.second)):
+        which = index[found.pair[open_]]
+        for solid in np.unique(which).tolist():
+            k = which == solid
+            apart[k] -= largest(posture, pairs.solids[solid], case[k], sign * normal[:, k])
+    gain = np.maximum(apart - found.distance[open_], 0.0)
+    found.distance[open_] += gain
+    found.value[open_] += gain

@@ -75,6 +75,11 @@ def capsule(name: str, body: int, start: Array, end: Array, radius: float) -> So
     return Solid(name, body, "capsule", np.array([radius, length]), pose, segment, radius, True)
 
 
+def around(solid: Solid) -> Solid:
+    """The capsule that bounds a solid which moves."""
+    return capsule(solid.name, solid.body, solid.segment[0], solid.segment[1], solid.radius)
+
+
 def solids_of(shape: Shape, name: str) -> list[Solid]:
     """The convex solids of a shape: one, or one for every connected part of a mesh.
 

@@ -11,7 +11,7 @@ from elastocal.constraints.base import Constraint, Pull
 from elastocal.posture import Posture, cross, dot
 from elastocal.shapes import Shape
 
-PLENTY = 0.1
+PLENTY = 0.05
 """Margins above this [m] are not measured while planning: they are said to be this."""
 
 

@@ -91,6 +91,7 @@ def _rules(entry: CollisionFile, robot: Robot) -> CollisionRules:
         motion_margin=None if motion is None else motion / 1e3,
         itself=entry.self,
         ignore=tuple((a, b) for a, b in entry.ignore or []),
+        as_capsules=entry.links == "capsules",
         link_radius=(
             {name: value / 1e3 for name, value in radius.items()}
             if isinstance(radius, dict)

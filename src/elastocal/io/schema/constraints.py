@@ -75,6 +75,7 @@ class CollisionFile(Section):
     motion_margin_mm: Number | None = None
     self: bool = True
     ignore: list[NamePair] | None = None
+    links: Literal["hulls", "capsules"] = "hulls"
     link_radius_mm: Positive | dict[Name, Positive] | None = None
 
 
