@@ -61,6 +61,7 @@ def with_meshes(robot: Robot, folder: Path) -> Robot:
         end = np.array(robot.links[body][:3, 3])
         length = float(np.linalg.norm(end))
         mesh = trimesh.creation.capsule(height=length, radius=0.16, count=[16, 16])
+        mesh.apply_translation([0.0, 0.0, length / 2.0 - mesh.bounds.mean(axis=0)[2]])
         mesh.apply_transform(trimesh.geometry.align_vectors([0, 0, 1], end / length))
         mesh.export(folder / f"link{body}.stl")
         shapes.append(

@@ -22,8 +22,16 @@ from elastocal.posture import Posture
 from elastocal.study import Study
 
 _SINGLE = 200  # random configurations tried as the one via point
-_TRIES = 1500  # random targets for the two trees
+_TRIES = 500  # random targets for the two trees
 _STEP = 0.15  # longest edge of a tree over the size of the joint space
+
+
+class UnreachableError(InfeasibleError):
+    """No motion leads to a configuration `q`, (n,) [rad or m]."""
+
+    def __init__(self, message: str, q: Array) -> None:
+        super().__init__(message)
+        self.q = q
 
 
 def detours(study: Study, q: Array, *, seed: int = 0) -> tuple[Array, ...]:
@@ -38,7 +46,7 @@ def detours(study: Study, q: Array, *, seed: int = 0) -> tuple[Array, ...]:
         S + 1 arrays (K, n), see `motion.Vias`; an empty tuple if all motions are free as they are.
 
     Raises:
-        InfeasibleError: no way was found; names the motion and what is in its way.
+        UnreachableError: no way was found; names the motion and what is in its way.
     """
     if not watched(study) or not len(q):
         return ()
@@ -47,21 +55,37 @@ def detours(study: Study, q: Array, *, seed: int = 0) -> tuple[Array, ...]:
     margins = motion_margins(study, starts, goals)
     if margins.free.all():
         return ()
-    found = []
+    found: list[Array] = []
+    route = np.zeros((0, q.shape[1]))  # what is passed from home to where the robot is
     for k, leg in enumerate(straight):
-        between: Array | None = np.zeros((0, q.shape[1]))
+        between = route[:0]
         if not margins.free[k]:
-            between = way_around(study, leg[0], leg[1], np.random.default_rng([seed, k]))
-        if between is None:
-            raise InfeasibleError(
-                f"no motion without collision was found {leg_name(k, len(q))}: the straight one "
-                f"{hits(margins, k)}"
-            )
+            rng = np.random.default_rng([seed, k])
+            way = way_around(study, leg[0], leg[1], rng)
+            if way is None and k == len(q):
+                way = route[::-1]  # home the way it came
+            elif way is None and k > 0:
+                way = _over_home(study, route, leg[1], rng)
+            if way is None:
+                raise UnreachableError(
+                    f"no motion without collision was found {leg_name(k, len(q))}: the straight "
+                    f"one {hits(margins, k)}",
+                    leg[1],
+                )
+            between = way
         found.append(between)
+        route = np.vstack([route, *leg[:1][: min(k, 1)], between])
     left = motion_violations(study, q, found)
     if left:
         raise InfeasibleError(left[0])
     return tuple(found)
+
+
+def _over_home(study: Study, route: Array, goal: Array, rng: np.random.Generator) -> Array | None:
+    """Back to home the way the robot came, and from there to `goal`."""
+    home = study.pace.home
+    forth = way_around(study, home, goal, rng)
+    return None if forth is None else np.vstack([route[::-1], home, forth])
 
 
 def refuse_home(study: Study) -> None:

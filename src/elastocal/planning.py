@@ -5,7 +5,8 @@ In: a `Study`. Out: a `Plan`. Nothing is printed or written.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,8 +20,9 @@ from elastocal.certification import (
     confirmed,
     lower_bound,
 )
+from elastocal.constraints import Constraint, Distinct
 from elastocal.design.exact import Effort, exact_design
-from elastocal.detour import detours, refuse_home
+from elastocal.detour import UnreachableError, detours, refuse_home
 from elastocal.errors import InfeasibleError
 from elastocal.identifiability import check_count, check_identifiable
 from elastocal.load_case import LoadCases
@@ -98,26 +100,13 @@ def plan(
     check_count(space, study.prior, m, distinct, rng)
     tell = progress or (lambda what, share: None)
     bound = bound or lower_bound(study, rng, progress=tell)
-    design = exact_design(
-        space,
-        bound.target,
-        m,
-        min(distinct, _enough(len(study.springs))),
-        rng,
-        base=study.prior,
-        continuous=bound.design,
-        effort=effort,
-        progress=lambda what, share: tell(what, 0.4 + 0.6 * share),
-    )
-    bound = confirmed(study, bound, design.x, rng)
-    cases, free = simplify(study, space.load_cases(design.x))
-    sequence = best_order(cases, study.pace, free=motions_free(study)).sequence
-    cases, repeats = LoadCases(cases.q[sequence], cases.wrench[sequence]), design.counts[sequence]
+    found = _searched(study, bound, rng, seed, effort, tell)
+    bound = confirmed(study, bound, found.x, rng)
+    cases, repeats = found.cases, found.repeats
     tell("exact plan", 1.0)
     worth = assess(study, cases, repeats)
     if worth.violations:
         raise InfeasibleError(f"no feasible plan was found: in the best, {worth.violations[0]}")
-    via = detours(study, cases.q, seed=seed)
     return Plan(
         load_cases=cases,
         repeats=frozen(repeats, np.int64),
@@ -126,9 +115,64 @@ def plan(
         criterion=study.criterion,
         seed=seed,
         study=study,
-        free_joints=free,
-        via=via,
+        free_joints=found.free,
+        via=found.via,
     )
+
+
+class _Found(NamedTuple):
+    """What the search ends with."""
+
+    x: Array  # (S, d) design points
+    cases: LoadCases  # in order of execution
+    repeats: IntArray
+    free: tuple[str, ...]
+    via: tuple[Array, ...]
+
+
+def _searched(
+    study: Study,
+    bound: Bound,
+    rng: np.random.Generator,
+    seed: int,
+    effort: Effort | None,
+    tell: Progress,
+) -> _Found:
+    """The best plan found whose configurations can all be reached from home.
+
+    Configurations to which no way leads are ruled out one by one, with what is near them.
+    """
+    space, m = study.space, study.experiments.count
+    distinct = min(study.experiments.max_configurations or m, m, _enough(len(study.springs)))
+    avoid: tuple[Constraint, ...] = ()
+    while True:
+        design = exact_design(
+            replace(space, constraints=(*space.constraints, *avoid)),
+            bound.target,
+            m,
+            distinct,
+            rng,
+            base=study.prior,
+            continuous=bound.design,
+            effort=effort,
+            progress=lambda what, share: tell(what, 0.4 + 0.6 * share),
+        )
+        cases, free = simplify(study, space.load_cases(design.x))
+        order = best_order(cases, study.pace, free=motions_free(study)).sequence
+        cases = LoadCases(cases.q[order], cases.wrench[order])
+        try:
+            via = detours(study, cases.q, seed=seed)
+        except UnreachableError as error:
+            if len(avoid) == _UNREACHABLE:
+                raise
+            counts = np.array([float(name not in free) for name in study.robot.joint_names])
+            avoid += (Distinct("distance from what cannot be reached", error.q, counts, _AWAY),)
+            continue
+        return _Found(design.x, cases, design.counts[order], free, via)
+
+
+_UNREACHABLE = 8  # configurations without a way to them that are given up, one after the other ...
+_AWAY = 0.5  # ... and how far the next plan keeps away from them [rad, m]
 
 
 def _enough(parameters: int) -> int:

@@ -11,7 +11,9 @@ import coal
 import numpy as np
 import pytest
 
+from elastocal import planning
 from elastocal.design.exact import Effort
+from elastocal.detour import UnreachableError
 from elastocal.errors import InfeasibleError
 from elastocal.io.plan_file import write_plan, write_run_sheet
 from elastocal.io.proposal_file import read_proposal
@@ -160,6 +162,38 @@ def test_broken_via_points_get_a_sentence(
     assert code == 2
     assert expected in said
     assert said.count("\n") == 1
+
+
+def test_what_cannot_be_reached_is_planned_around(monkeypatch) -> None:
+    """The first plan's second configuration is said to be out of reach: the next keeps away."""
+    study = parse_study(GOOD.replace("count: 12", "count: 12\n  max_configurations: 2"), Path("s"))
+    asked: list[np.ndarray] = []
+
+    def blocked_once(_, q: np.ndarray, *, seed: int) -> tuple[np.ndarray, ...]:
+        asked.append(q)
+        if len(asked) == 1:
+            raise UnreachableError("blocked", q[1])
+        return ()
+
+    monkeypatch.setattr(planning, "detours", blocked_once)
+    found = plan(study, effort=Effort(24, 2, 1, 1))
+    away = found.load_cases.q - asked[0][1]
+    away -= 2.0 * np.pi * np.round(away / (2.0 * np.pi))
+    counts = np.array([name not in found.free_joints for name in study.robot.joint_names])
+    assert np.linalg.norm(away * counts, axis=1).min() > 0.5 - 1e-6
+    assert 0.5 < found.certificate.efficiency <= 1.0
+
+
+def test_a_plan_out_of_reach_is_refused(monkeypatch) -> None:
+    study = parse_study(GOOD.replace("count: 12", "count: 12\n  max_configurations: 2"), Path("s"))
+
+    def blocked(_, q: np.ndarray, *, seed: int) -> tuple[np.ndarray, ...]:
+        raise UnreachableError("the motion hits the wall", q[0])
+
+    monkeypatch.setattr(planning, "detours", blocked)
+    monkeypatch.setattr(planning, "_UNREACHABLE", 1)
+    with pytest.raises(InfeasibleError, match="hits the wall"):
+        plan(study, effort=Effort(24, 2, 1, 1))
 
 
 def test_a_box_around_home_is_named() -> None:
