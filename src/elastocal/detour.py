@@ -22,7 +22,7 @@ from elastocal.posture import Posture
 from elastocal.study import Study
 
 _SINGLE = 200  # random configurations tried as the one via point
-_TRIES = 500  # random targets for the two trees
+_TRIES = 1000  # random targets for the two trees
 _STEP = 0.15  # longest edge of a tree over the size of the joint space
 
 
