@@ -98,6 +98,7 @@ def campaign_program(
         speed=speed,
         provenance=Provenance(study.name, digest),
         notes=(*_notes(bool(start), same), *notes),
+        watched=bool(watched(study)),
     )
     _refuse_collisions(study, program)
     return program

@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.constraints import Clearance, margins_at
+from elastocal.constraints import BeamRange, Clearance, LineOfSight, margins_at
+from elastocal.detour import refuse_home
 from elastocal.errors import ElastocalError, InputError
 from elastocal.identifiability import check_count, check_identifiable
 from elastocal.known_pose import PoseCheck, check_known_poses
@@ -20,6 +21,9 @@ from elastocal.load_case import LoadCases
 from elastocal.posture import Posture
 from elastocal.study import Study
 from elastocal.visibility import visibility
+
+_TINY = 0.01  # lengths in a cell below this are suspicious [m]
+_THIN = 0.002  # radii of links
 
 
 @dataclass(frozen=True)
@@ -64,6 +68,7 @@ def check(study: Study, *, seed: int = 0) -> Checkup:
     try:
         check_identifiable(space, study.prior, rng)
         check_count(space, study.prior, experiments.count, distinct, rng)
+        refuse_home(study)
     except ElastocalError as error:
         problem = error
     poses = None
@@ -105,6 +110,11 @@ def _unwatched(study: Study) -> tuple[str, ...]:
         if isinstance(constraint, Clearance):
             for left in constraint.left_out:
                 reasons.setdefault(left.why, []).append(f"{left.first}–{left.second}")
+        if isinstance(constraint, LineOfSight):
+            for name in constraint.around_head:
+                reasons.setdefault("the head of the tracker stands in it", []).append(
+                    f"beam to {constraint.marker}–{name}"
+                )
     return tuple(f"{why}: {', '.join(pairs)}" for why, pairs in reasons.items())
 
 
@@ -145,6 +155,7 @@ def _remarks(study: Study, reach: float) -> tuple[str, ...]:
             f"the calibration force is only {study.experiments.force.size:g} N: were "
             "kilonewtons meant?"
         )
+    found += _small_cell(study)
     names = study.robot.joint_names
     involved = np.abs(np.concatenate([p.regressor for p in study.test_poses])).sum(axis=0) > 0.0
     idle = [n for n, used in zip(study.springs.names, involved, strict=True) if not used]
@@ -158,3 +169,30 @@ def _remarks(study: Study, reach: float) -> tuple[str, ...]:
     if left_out:
         found.append(f"{', '.join(left_out)}: taken as rigid, not identified by this study")
     return tuple(found)
+
+
+def _small_cell(study: Study) -> list[str]:
+    """Lengths around the robot that look like metres under a key in millimetres."""
+    found, place = [], getattr(study.instrument, "position", None)
+    if place is not None and 0.0 < np.linalg.norm(place) < _TINY:
+        found.append(
+            f"the tracker stands {1e3 * np.linalg.norm(place):.3g} mm from the origin of the base: "
+            "were metres meant?"
+        )
+    radii = [1.0]
+    for constraint in study.constraints:
+        if isinstance(constraint, BeamRange) and constraint.sign < 0.0 and constraint.bound < _TINY:
+            found.append(f"{constraint.name}: were metres meant?")
+        if not isinstance(constraint, Clearance):
+            continue
+        shape = constraint.obstacle
+        if shape is not None and shape.kind != "mesh" and shape.size.max() < _TINY:
+            found.append(
+                f"obstacle {shape.name!r} is no larger than {1e3 * shape.size.max():g} mm: were "
+                "metres meant?"
+            )
+        if not study.robot.collisions:
+            radii += [s.radius for s in constraint.pairs.solids if s.joint]
+    if min(radii) < _THIN:
+        found.append(f"links are as thin as {1e3 * min(radii):g} mm in radius: were metres meant?")
+    return found

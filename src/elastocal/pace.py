@@ -63,18 +63,18 @@ def for_robot(pace: Pace, robot: Robot, limits: Array) -> Pace:
     home = pace.home if pace.home.size else np.clip(np.zeros(n), limits[0], limits[1])
     if speed.shape != (n,) or home.shape != (n,):
         raise InputError(
-            f"campaign: speed and home need {n} numbers, found {speed.size} and {home.size}"
+            f"motion: speed and home need {n} numbers, found {speed.size} and {home.size}"
         )
     for joint, v, value in zip(robot.joints, speed, home, strict=True):
         scale, unit = joint.shown
         if not (np.isfinite(v) and v > 0.0):
             raise InputError(
-                f"campaign: the speed of joint {joint.name!r} must be positive, found "
+                f"motion: the speed of joint {joint.name!r} must be positive, found "
                 f"{scale * v:.6g}{unit}/s"
             )
         if not joint.lower - 1e-9 <= value <= joint.upper + 1e-9:
             raise InputError(
-                f"campaign: home has {joint.name} at {scale * value:.6g}{unit}, outside its limits "
+                f"motion: home has {joint.name} at {scale * value:.6g}{unit}, outside its limits "
                 f"{scale * joint.lower:.6g} to {scale * joint.upper:.6g}{unit}"
             )
     return replace(pace, speed=speed, home=home)

@@ -92,6 +92,7 @@ class RobotProgram:
         speed: Share of the controller's full speed, in (0, 1].
         provenance: Where it comes from.
         notes: Further sentences for the header.
+        watched: Whether motions from target to target were checked for collisions.
     """
 
     name: str
@@ -103,6 +104,7 @@ class RobotProgram:
     speed: float = 0.1
     provenance: Provenance = field(default_factory=Provenance)
     notes: tuple[str, ...] = ()
+    watched: bool = False
 
     def __post_init__(self) -> None:
         targets, n = frozen(self.targets), len(self.robot.joints)

@@ -8,11 +8,14 @@ from pathlib import Path
 import pytest
 import trimesh
 
-from tests.cli.test_bad_studies import GOOD, run
+from elastocal.checkup import check as checkup
+from elastocal.io.study_file import read_study
+from tests.cli.test_bad_studies import GOOD, TRACKER, run
 
 TABLE = "{name: table, box_mm: [1200, 1600, 700], center_mm: [1700, 0, 350]}"
 MESH = "{name: cage, mesh: cage.stl, mesh_unit: mm, center_mm: [3000, 0, 0]}"
-CELL = GOOD + f"  obstacles:\n    - {TABLE}\n    - {MESH}\n  collision: {{margin_mm: 20}}\n"
+HOME = "motion: {home_deg: [0, -90, 90, 0, 0, 0]}\n"
+CELL = GOOD + f"  obstacles:\n    - {TABLE}\n    - {MESH}\n  collision: {{margin_mm: 20}}\n{HOME}"
 
 # what is edited: (old, new); what must be in the sentence; exit code
 CASES: dict[str, tuple[str, str, list[str], int]] = {
@@ -54,6 +57,8 @@ CASES: dict[str, tuple[str, str, list[str], int]] = {
     "obstacle everywhere": (
         "box_mm: [1200, 1600, 700]", "box_mm: [9000, 9000, 9000]",
         ["no feasible configuration", "from table >= 20 mm"], 3),
+    "empty name": ("name: table", "name: ''", ["line 18", "expected a name"], 2),
+    "quoted flag": ("{margin", "{self: 'no', margin", ["line 20", "true or false"], 2),
     "nul in a name": ("cage.stl", '"ca\\0ge.stl"', ["line 19", "not the name of a file"], 2),
 }  # fmt: skip
 
@@ -141,3 +146,39 @@ def test_a_link_out_of_the_folder_is_refused(folder: Path, tmp_path_factory) -> 
     (folder / "cage.stl").symlink_to(elsewhere)
     code, said = check(folder, CELL)
     assert (code, "outside the folder" in said) == (2, True)
+
+
+def test_home_in_an_obstacle_is_said_before_planning(folder: Path) -> None:
+    block = "{name: block, box_mm: [400, 400, 400], center_mm: [1500, 0, 1900]}"
+    code, said = check(folder, CELL.replace(TABLE, block))
+    assert code == 3
+    assert "home is no place to start from: the robot hits block" in said
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "remark"),
+    [
+        (TABLE, "{name: step, box_mm: [1.2, 1.6, 0.7], center_mm: [3000, 0, 0]}", "'step' is no"),
+        ("{margin", "{link_radius_mm: 0.12, margin", "links are as thin as 0.12 mm"),
+        ("{sigma_mm: 0.03}", TRACKER.replace("900]", "900], range_mm: [0.8, 8]"), "<= 8 mm"),
+        ("{sigma_mm: 0.03}", TRACKER.replace("3000, 0, 900", "3, 0, 0.9"), "3.13 mm from the"),
+    ],
+)
+def test_metres_under_a_key_in_millimetres_are_remarked(
+    old: str, new: str, remark: str, folder: Path
+) -> None:
+    assert old in CELL
+    study = folder / "study.yaml"
+    study.write_text(CELL.replace(old, new), encoding="utf-8")
+    study = read_study(study)
+    remarks = [sentence for sentence in checkup(study).remarks if "were metres meant" in sentence]
+    assert len(remarks) == 1
+    assert remark in remarks[0]
+
+
+def test_what_the_head_stands_in_is_said(folder: Path) -> None:
+    study = folder / "study.yaml"
+    inside = TRACKER.replace("3000, 0, 900", "1700, 0, 350")
+    study.write_text(CELL.replace("{sigma_mm: 0.03}", inside), encoding="utf-8")
+    said = checkup(read_study(study)).unwatched
+    assert "the head of the tracker stands in it: beam to M1–table" in said

@@ -37,6 +37,8 @@ KEEP_PLAN = "max_configurations: 3\n  count: 12"
 # what is edited: (old, new); what must be in the sentence; exit code
 CASES: dict[str, tuple[str, str, list[str], int]] = {
     "unknown key": ("instrument:", "colour: red\ninstrument:", ["line 13", "'colour'"], 2),
+    "alias of a word": (
+        "identify: [A2,", "name: &a A3\nidentify: [*a,", ["line 4", "aliases"], 2),
     "misspelt key": ("identify:", "identfy:", ["line 3", "did you mean 'identify'"], 2),
     "misspelt inner key": ("count: 12", "cuont: 12", ["line 12", "did you mean 'count'"], 2),
     "key without unit": ("sigma_mm", "sigma", ["line 13", "no unit", "'sigma_mm'"], 2),

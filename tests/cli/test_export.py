@@ -106,6 +106,7 @@ def test_joint_values_of_the_controller(plan: Path) -> None:
         (("--to", "karel"), "no export to 'karel'; there are krl", 2),
         (("--to", "krl", "--out", "nowhere/x.src"), "does not exist", 2),
         (("--to", "krl", "--out", "x.mod"), "ends in .src", 2),
+        (("--to", "krl", "--out", "nowhere/else"), "there is no such folder", 2),
         (("--to", "krl", "--out", "2nd.src"), "not a program name for krl, 'P_2nd' would", 2),
         (("--to", "fanuc", "--out", "too_long_a_name.ls"), "'TOO_LONG' would be one", 2),
         (("--to", "krl", "--home", "A1=0"), "expected name=value with deg or mm, found 'A1=0'", 2),

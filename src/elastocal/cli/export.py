@@ -128,7 +128,8 @@ def _place(out: Path, to: str) -> tuple[Path, str]:
     if out.is_dir():
         return out, ""
     if out.suffix.lower() != ENDINGS[to]:
-        raise InputError(f"{out}: expected a folder, or a name that ends in {ENDINGS[to]}")
+        missing = " (there is no such folder)" if not out.suffix and not out.exists() else ""
+        raise InputError(f"{out}: expected a folder{missing}, or a name that ends in {ENDINGS[to]}")
     return out.parent, out.stem
 
 

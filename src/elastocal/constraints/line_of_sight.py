@@ -70,7 +70,10 @@ class LineOfSight(ViewConstraint):
         super().__init__(name, "m", marker, point, position)
         self.radius = radius
         at_rest = Posture(robot, np.zeros((1, len(robot.joints))))
-        self.solids = tuple(solid for solid in solids if not self._touches(solid, robot, at_rest))
+        beside = [self._touches(solid, robot, at_rest) for solid in solids]
+        self.solids = tuple(s for s, near in zip(solids, beside, strict=True) if not near)
+        around = [s.name for s, near in zip(solids, beside, strict=True) if near and s.body == 0]
+        self.around_head = tuple(dict.fromkeys(around))  # names of what the head stands in
         self._bodies = np.array([solid.body for solid in self.solids], dtype=np.int64)
         self._boxed = np.array([solid.boxed for solid in self.solids], dtype=bool)
         self._radii = np.array([solid.radius for solid in self.solids])

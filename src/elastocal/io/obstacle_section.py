@@ -121,7 +121,8 @@ def _obstacle(entry: ObstacleFile, folder: Path, path: tuple[str | int, ...]) ->
     if entry.mesh is not None:
         if entry.mesh_unit is None:
             raise LocatedError(
-                path, f"obstacle {entry.name!r}: say the unit of its mesh with mesh_unit: mm or m"
+                path,
+                f"obstacle {entry.name!r}: say the unit of its mesh with mesh_unit: mm, m or inch",
             )
         file = _inside(folder, entry.mesh, (*path, "mesh"))
         scale = np.full(3, _UNITS[entry.mesh_unit])

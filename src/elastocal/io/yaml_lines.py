@@ -73,12 +73,15 @@ def _construct(
     node: yaml.Node, path: Path_, lines: dict[Path_, int], seen: set[int], file: Path
 ) -> Any:
     line = node.start_mark.line + 1
+    if id(node) in seen:  # the node has the line of its anchor: say that of the key instead
+        raise StudyError(
+            f"{Located(None, lines, file).where(path)}: YAML aliases are not supported; repeat the "
+            "value"
+        )
+    seen.add(id(node))
     lines.setdefault(path, line)
     if isinstance(node, yaml.ScalarNode):
         return yaml.SafeLoader("").construct_object(node)
-    if id(node) in seen:
-        raise StudyError(f"{file}, line {line}: YAML aliases are not supported; repeat the value")
-    seen.add(id(node))
     if node.tag not in ("tag:yaml.org,2002:map", "tag:yaml.org,2002:seq"):
         raise StudyError(f"{file}, line {line}: YAML tags such as {node.tag!r} are not supported")
     if isinstance(node, yaml.SequenceNode):

@@ -63,7 +63,7 @@ def show_check(study: Study, found: Checkup) -> None:
     for sentence in found.unwatched:
         out.print(Text(f"Contact not watched, {sentence}."))
     for remark in found.remarks:
-        out.print(Text(f"Note: {remark}.", style="yellow"))
+        out.print(Text(f"Note: {remark}" + ("" if remark[-1:] in ".?" else "."), style="yellow"))
     if found.problem is None:
         out.print(f"[green]Identifiable:[/green] {escape(', '.join(study.springs.names))}")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from elastocal.campaign_program import campaign_program
 from elastocal.coupling import coupling
 from elastocal.errors import InputError
 from elastocal.io.exports import ENDINGS, WRITERS, Settings, export
+from elastocal.io.exports.wording import header
 from elastocal.load_case import LoadCases
 from elastocal.robot import Joint, Robot
 from elastocal.robot_program import RobotProgram, path_program
@@ -109,6 +111,14 @@ def test_every_golden_file_is_compared() -> None:
 @pytest.mark.parametrize(("which", "controller"), SHOWN)
 def test_parsed_back(which: str, controller: str) -> None:
     check(PROGRAMS[which](), controller)
+
+
+@pytest.mark.parametrize(("watched", "words"), [(True, "were checked"), (False, "are not checked")])
+def test_header_says_whether_motions_were_checked(watched: bool, words: str) -> None:
+    program = replace(kr270_program(), watched=watched)
+    text = " ".join(header(program, Settings(), 200, units="degrees, mm"))
+    assert ("were checked" in text, "are not checked" in text) == (watched, not watched)
+    assert words in text
 
 
 @pytest.mark.parametrize("controller", WRITERS)

@@ -8,9 +8,11 @@ from elastocal.io.exports.names import ascii_text
 from elastocal.io.exports.settings import Settings
 from elastocal.robot_program import RobotProgram
 
-SAFETY = (
-    "SAFETY: check this program at low speed in manual mode first. Motions between the points "
-    "are not checked for collisions by this file."
+SAFETY = "SAFETY: check this program at low speed in manual mode first."
+UNWATCHED = "Motions between the points are not checked for collisions by this file."
+WATCHED = (
+    "Motions from point to point were checked for collisions with what the study names, in this "
+    "order and from home; the way to home was not."
 )
 LOAD_DATA = (
     "Set the payload of the empty calibration tool and leave it so, loaded and unloaded: "
@@ -30,7 +32,7 @@ def header(program: RobotProgram, settings: Settings, width: int, *, units: str)
         f"{origin}.",
         f"Robot: {program.robot.name}. Joint values: {units}, {whose}.",
         *program.notes,
-        SAFETY,
+        f"{SAFETY} {WATCHED if program.watched else UNWATCHED}",
     ]
     if program.experiments:
         sentences.append(LOAD_DATA)

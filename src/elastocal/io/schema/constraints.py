@@ -6,6 +6,7 @@ from typing import Literal
 
 from elastocal.io.schema.values import (
     Axis,
+    Flag,
     Name,
     NamePair,
     Number,
@@ -73,7 +74,7 @@ class CollisionFile(Section):
 
     margin_mm: Number = 20.0
     motion_margin_mm: Number | None = None
-    self: bool = True
+    self: Flag = True
     ignore: list[NamePair] | None = None
     links: Literal["hulls", "capsules"] = "hulls"
     link_radius_mm: Positive | dict[Name, Positive] | None = None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from elastocal.io.schema.values import Count, Name, Number, Positive, Range, Section, Vector
+from elastocal.io.schema.values import Count, Flag, Name, Number, Positive, Range, Section, Vector
 
 
 class TestPoseFile(Section):
@@ -58,7 +58,7 @@ class TrackerFile(Section):
     range_mm: Range | None = None
     elevation_deg: Range | None = None
     azimuth_deg: Range | None = None
-    line_of_sight: bool = True
+    line_of_sight: Flag = True
     beam_radius_mm: Positive = 10.0
 
 

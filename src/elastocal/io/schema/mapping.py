@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from elastocal.io.schema.values import Count, Name, Number, Section, Vector
+from elastocal.io.schema.values import Count, Flag, Name, Number, Section, Vector
 
 
 class ColumnFile(Section):
@@ -34,7 +34,7 @@ class MappingFile(Section):
     decimal: Literal["point", "comma"] | None = None
     encoding: Name | None = None
     skip_lines: Annotated[int, Field(ge=0, le=10_000, strict=True)] = 0
-    header: bool = True
+    header: Flag = True
     columns: dict[Name, Place]
     markers: dict[Name, dict[Name, Place]] = Field(default_factory=dict)
     constants: dict[Name, Number | Name | list[Number | Name]] = Field(default_factory=dict)

@@ -62,7 +62,15 @@ def _pair(value: Any) -> list[str]:
 def _text(value: Any) -> str:
     if isinstance(value, bool) or not isinstance(value, (str, int)):
         raise ValueError(f"expected a name, found {value!r}")
+    if not str(value).strip():
+        raise ValueError("expected a name, found none")
     return str(value)
+
+
+def _flag(value: Any) -> bool:
+    if not isinstance(value, bool):
+        raise ValueError(f"expected true or false without quotes, found {value!r}")
+    return value
 
 
 Number = Annotated[float, BeforeValidator(_number)]
@@ -71,6 +79,7 @@ Count = Annotated[int, BeforeValidator(_count)]
 Vector = Annotated[list[float], _numbers(3, "three numbers [x, y, z]")]
 Range = Annotated[list[float], _numbers(2, "two numbers [lower, upper]")]
 Name = Annotated[str, BeforeValidator(_text)]
+Flag = Annotated[bool, BeforeValidator(_flag)]
 NamePair = Annotated[list[str], BeforeValidator(_pair)]
 Axis = Literal["x", "y", "z"] | Vector
 
