@@ -7,8 +7,10 @@ from pathlib import Path
 
 import pytest
 import trimesh
+from typer.testing import CliRunner
 
 from elastocal.checkup import check as checkup
+from elastocal.cli import app
 from elastocal.io.study_file import read_study
 from tests.cli.test_bad_studies import GOOD, TRACKER, run
 
@@ -182,3 +184,12 @@ def test_what_the_head_stands_in_is_said(folder: Path) -> None:
     study.write_text(CELL.replace("{sigma_mm: 0.03}", inside), encoding="utf-8")
     said = checkup(read_study(study)).unwatched
     assert "the head of the tracker stands in it: beam to M1–table" in said
+
+
+def test_a_remark_that_asks_ends_with_its_question_mark(folder: Path) -> None:
+    study = folder / "study.yaml"
+    thin = CELL.replace("{margin", "{self: false, link_radius_mm: 0.12, margin")
+    study.write_text(thin, encoding="utf-8")
+    shown = " ".join(CliRunner().invoke(app, ["check", str(study)]).stdout.split())
+    assert "were metres meant?" in shown
+    assert "meant?." not in shown
