@@ -411,3 +411,10 @@ def test_springs_of_two_models_keep_chain_order() -> None:
     model = with_base(KUKA, TRUTH.compliance, body=3)
     assert model.springs.names == merged(joint_springs(KUKA), base_springs(KUKA, 3)).names
     assert (np.diff(model.springs.body) >= 0).all()
+
+
+def test_negative_compliances_are_said() -> None:
+    """Loaded and unloaded swapped: the fit says so, and so does what is made of it."""
+    swapped = ComplianceModel(TRUTH.springs, -TRUTH.compliance)
+    done = compensate(ARM, swapped, PATH)
+    assert any("A1, A2" in note and "wrong side" in note for note in done.notes)

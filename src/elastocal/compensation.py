@@ -216,7 +216,7 @@ def _judged(
         iterations=frozen(found.iterations, np.int64),
         damped=frozen(found.damped, np.bool_),
         remarks=remarks(arm.robot, q, after, good, found.at_rest, found.damped, found.lost),
-        notes=notes(arm, cases, task_rows(arm)),
+        notes=notes(arm, model.compliance, cases, task_rows(arm)),
     )
 
 

@@ -79,13 +79,19 @@ def direction(lost: Array) -> str:
     return f"{'move the tool along' if moves else 'turn the tool about'} [{shown}]"
 
 
-def notes(arm: ElasticArm, cases: LoadCases, rows: int) -> tuple[str, ...]:
+def notes(arm: ElasticArm, compliance: Array, cases: LoadCases, rows: int) -> tuple[str, ...]:
     """Sentences on all N load cases: what is taken as rigid, what is not restored."""
     said = [
         f"{name} has no compliance in the model and is taken as rigid; the load turns it with up "
         f"to {load:.3g} {unit}"
         for name, load, unit in _rigid_but_loaded(arm, cases)
     ]
+    negative = [n for n, k in zip(arm.springs.names, compliance, strict=True) if k < 0.0]
+    if negative:
+        said.append(
+            f"{', '.join(negative)}: negative compliance, so the correction of it goes to the wrong "
+            "side; identify again before a robot drives this"
+        )
     count = len(arm.robot.joints)
     if rows < 6:
         said.append(

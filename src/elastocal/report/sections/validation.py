@@ -55,7 +55,7 @@ def validation_remarks(found: Validation) -> tuple[str, ...]:
     if found.p_value < 1e-3:
         remarks.append(
             f"validation: the errors are larger than noise and covariance explain (χ² = "
-            f"{number(found.chi_square, 4)} for {found.dof} coordinates, p = "
+            f"{number(found.chi_square, 4)} with {found.dof} degrees of freedom, p = "
             f"{number(found.p_value, 2)}); {percent(found.inside)} lie in the intervals that "
             f"promise {sure(found.confidence)}"
         )
@@ -85,6 +85,7 @@ def _values(found: Validation) -> dict[str, Any]:
         "dumbbells": two_widths(lambda w: dumbbell_chart(before, after, data.names, w)),
         "table": Table(("Length of the error", "Before", "After", "Removed"), rows),
         "inside": percent(found.inside),
+        "predicted": found.coordinates,
         "promised": sure(found.confidence),
         "p_value": number(found.p_value, 2),
         "likely": bool(found.p_value >= 1e-3),
