@@ -89,7 +89,7 @@ def notes(arm: ElasticArm, compliance: Array, cases: LoadCases, rows: int) -> tu
     negative = [n for n, k in zip(arm.springs.names, compliance, strict=True) if k < 0.0]
     if negative:
         said.append(
-            f"{', '.join(negative)}: negative compliance, so the correction of it goes to the wrong "
+            f"{', '.join(negative)}: negative compliance, so its correction goes to the wrong "
             "side; identify again before a robot drives this"
         )
     count = len(arm.robot.joints)
