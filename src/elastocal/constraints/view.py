@@ -39,8 +39,10 @@ class ViewConstraint(Constraint, abc.ABC):
         return point, length, beam / length
 
 
-class BeamRange(ViewConstraint):
-    """Distance from the tracker to a marker, at least or at most a bound [m]."""
+class BoundedBeam(ViewConstraint, abc.ABC):
+    """One number of the beam, at least or at most a bound."""
+
+    measured_in: str
 
     def __init__(
         self,
@@ -52,9 +54,15 @@ class BeamRange(ViewConstraint):
         *,
         upper: bool,
     ) -> None:
-        """`point` in the flange frame, `position` in the base frame, `bound` a length [m]."""
-        super().__init__(name, "m", marker, point, position)
+        """`point` in the flange frame, `position` in the base frame [m], `bound` in its unit."""
+        super().__init__(name, self.measured_in, marker, point, position)
         self.bound, self.sign = bound, -1.0 if upper else 1.0
+
+
+class BeamRange(BoundedBeam):
+    """Distance from the tracker to a marker, at least or at most a bound [m]."""
+
+    measured_in = "m"
 
     def at(self, posture: Posture) -> tuple[Array, Pull]:
         point, length, unit = self.beam(posture)
@@ -98,22 +106,13 @@ class AcceptanceCone(ViewConstraint):
         return self.limit - np.arccos(cosine), pull
 
 
-class HeadElevation(ViewConstraint):
-    """Elevation of the beam over the horizontal, at least or at most a bound [rad]."""
+class HeadElevation(BoundedBeam):
+    """Elevation of the beam over the horizontal, at least or at most a bound [rad].
 
-    def __init__(
-        self,
-        name: str,
-        marker: str,
-        point: ArrayLike,
-        position: ArrayLike,
-        bound: float,
-        *,
-        upper: bool,
-    ) -> None:
-        """`bound` in [-π/2, π/2]; the tracker stands upright."""
-        super().__init__(name, "rad", marker, point, position)
-        self.bound, self.sign = bound, -1.0 if upper else 1.0
+    The bound is in [-π/2, π/2]; the tracker stands upright.
+    """
+
+    measured_in = "rad"
 
     def at(self, posture: Posture) -> tuple[Array, Pull]:
         point, length, unit = self.beam(posture)

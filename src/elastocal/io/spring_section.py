@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from functools import reduce
 from typing import Any
 
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.elastostatics import VirtualJoints, joint_springs
+from elastocal.elastostatics import VirtualJoints, joint_springs, merged
 from elastocal.io.yaml_lines import LocatedError, Path_
 from elastocal.robot import Robot, T_body_joint
 
@@ -88,16 +89,7 @@ def in_chain_order(
 ) -> VirtualJoints:
     """The springs called `names`, of joints or `extra`, from the base to the flange."""
     each = [extra[n] if n in extra else joint_springs(robot, [n]) for n in names]
-    # On one body the springs that are not in a joint come first, in the order of the file.
-    each.sort(key=lambda s: (int(s.body[0]), int(s.joint[0]) >= 0))
-    return VirtualJoints(
-        names=tuple(s.names[0] for s in each),
-        body=np.concatenate([s.body for s in each]),
-        axis=np.concatenate([s.axis for s in each]),
-        origin=np.concatenate([s.origin for s in each]),
-        prismatic=np.concatenate([s.prismatic for s in each]),
-        joint=np.concatenate([s.joint for s in each]),
-    )
+    return reduce(merged, each)
 
 
 def number_at(value: Any, where: Path_, what: str) -> float:
