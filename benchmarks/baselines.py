@@ -28,13 +28,13 @@ from kr270 import MICRO
 from scipy.optimize import minimize
 
 from elastocal.arrays import Array, IntArray
-from elastocal.assessment import assess
-from elastocal.criteria import mean_test_pose
 from elastocal.design.approximate import interior_point, optimal_weights
 from elastocal.design.rounding import apportion
 from elastocal.design.space import information
-from elastocal.load_case import LoadCases
-from elastocal.study import Study
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.planning.assessment import assess
+from elastocal.study.criteria import mean_test_pose
+from elastocal.study.study import Study
 
 FEASIBLE = 1e-6
 """Violation of a constraint that is forgiven to a baseline [rad, m]; ours gets 1e-8."""

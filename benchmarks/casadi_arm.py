@@ -12,9 +12,9 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.constraints import Constraint, Elevation, HalfSpace, MinRadius
-from elastocal.loads import FixedVector
-from elastocal.robot import Robot
-from elastocal.study import Study
+from elastocal.elastic.allowed_loads import FixedVector
+from elastocal.robot.chain import Robot
+from elastocal.study.study import Study
 
 
 def pose_function(study: Study) -> ca.Function:

@@ -20,8 +20,8 @@ from typing import NamedTuple
 import numpy as np
 from kr270 import BOUND, MICRO, RESULTS, machine, one_thread, study
 
-from elastocal.criteria import mean_test_pose
 from elastocal.design.continuous import continuous_design
+from elastocal.study.criteria import mean_test_pose
 
 LIMIT = 1e-5
 """Relative deviation in rho0 from which a bound counts as false or slack."""

@@ -19,17 +19,17 @@ from pathlib import Path
 
 import numpy as np
 
-from elastocal.cell import CollisionRules, clearances
 from elastocal.constraints import HalfSpace
-from elastocal.elastostatics import joint_springs
-from elastocal.instrument import Isotropic
-from elastocal.io.study_file import read_study
-from elastocal.load_case import LoadCases
-from elastocal.loads import FixedVector
-from elastocal.planning import plan
-from elastocal.robot import Robot, Tool, transform
-from elastocal.shapes import Shape
-from elastocal.study import Experiments, Study, test_pose
+from elastocal.constraints.cell import CollisionRules, clearances
+from elastocal.elastic.allowed_loads import FixedVector
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.elastic.regressor import joint_springs
+from elastocal.files.study.study_file import read_study
+from elastocal.measuring.instrument import Isotropic
+from elastocal.planning.plan import plan
+from elastocal.robot.chain import Robot, Tool, transform
+from elastocal.robot.shapes import Shape
+from elastocal.study.study import Experiments, Study, test_pose
 
 ROOT = Path(__file__).parents[1]
 
@@ -74,7 +74,7 @@ def ur5() -> Study:
     """A UR5 with its meshes, weights of 5 kg."""
     from importlib.metadata import files
 
-    from elastocal.robots.urdf import from_urdf
+    from elastocal.robot.sources.urdf import from_urdf
 
     names = {str(f): Path(str(f.locate())) for f in files("example-robot-data") or ()}
     urdf = next(

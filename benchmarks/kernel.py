@@ -25,12 +25,12 @@ from casadi_arm import pose_function
 from kr270 import BOUND, MICRO, RESULTS, machine, one_thread, study
 
 from elastocal.arrays import Array
-from elastocal.criteria import mean_test_pose
 from elastocal.design.continuous import continuous_design
-from elastocal.elastostatics import Regressor
-from elastocal.loads import FixedVector
-from elastocal.posture import Posture
-from elastocal.study import Study
+from elastocal.elastic.allowed_loads import FixedVector
+from elastocal.elastic.regressor import Regressor
+from elastocal.robot.posture import Posture
+from elastocal.study.criteria import mean_test_pose
+from elastocal.study.study import Study
 
 Pair = tuple[Callable[[Array], Array], Callable[[Array, Array], Array]]
 """Regressor (N, 3, p) of q (N, n); gradient (N, n) in q for a cotangent (N, 3, p)."""
@@ -236,7 +236,7 @@ def startup_lines(rounds: int) -> list[str]:
         ("python -c pass", ["-c", "pass"]),
         ("import numpy", ["-c", "import numpy"]),
         ("import elastocal", ["-c", "import elastocal"]),
-        ("import elastocal.planning", ["-c", "import elastocal.planning"]),
+        ("import elastocal.planning.plan", ["-c", "import elastocal.planning.plan"]),
         ("elastocal --help", ["-m", "elastocal", "--help"]),
         ("elastocal plan --help", ["-m", "elastocal", "plan", "--help"]),
     ):

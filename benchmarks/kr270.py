@@ -17,8 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
-from elastocal.io.study_file import read_study
-from elastocal.study import Study, TestPose
+from elastocal.files.study.study_file import read_study
+from elastocal.study.study import Study, TestPose
 
 STUDY_FILE = Path(__file__).parent / "kr270.yaml"
 RESULTS = Path(__file__).parent / "results"

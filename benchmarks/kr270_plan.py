@@ -25,10 +25,10 @@ from baselines import METHODS, multistart, verify
 from kr270 import MICRO, RESULTS, STUDY_FILE, machine, one_thread, study, target
 
 import elastocal.design.exact as exact
-import elastocal.planning as planning
-from elastocal.assessment import assess
-from elastocal.io.proposal_file import read_proposal
-from elastocal.study import Study
+import elastocal.planning.plan as planning
+from elastocal.files.plans.proposal_file import read_proposal
+from elastocal.planning.assessment import assess
+from elastocal.study.study import Study
 
 TOLERANCES = (1e-2, 1e-3, 1e-4)
 WHOLE = "elastocal plan(), bound first"

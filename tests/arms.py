@@ -8,8 +8,8 @@ import numpy as np
 import pinocchio as pin
 
 from elastocal.arrays import Array
-from elastocal.elastostatics import VirtualJoints
-from elastocal.robot import Joint, Robot, Tool, transform
+from elastocal.elastic.regressor import VirtualJoints
+from elastocal.robot.chain import Joint, Robot, Tool, transform
 
 
 def random_rotation(rng: np.random.Generator) -> Array:

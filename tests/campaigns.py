@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.elastic_arm import ElasticArm
-from elastocal.elastostatics import deflection, joint_springs
-from elastocal.equilibrium import loaded_deflection
-from elastocal.load_case import LoadCases
-from elastocal.measurement import Measurements
-from elastocal.robot import Tool
-from elastocal.robots import kuka_kr270
+from elastocal.elastic.arm import ElasticArm
+from elastocal.elastic.equilibrium import loaded_deflection
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.elastic.regressor import deflection, joint_springs
+from elastocal.measuring.measurements import Measurements
+from elastocal.robot.chain import Tool
+from elastocal.robot.sources import kuka_kr270
 
 NAMES = ("A2", "A3", "A4", "A5", "A6")
 TRUTH = np.array([0.302, 0.406, 3.002, 3.303, 2.365]) * 1e-6

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from elastocal.compliance_model import ComplianceModel
-from elastocal.io.model_file import read_model
-from elastocal.io.study_file import read_study
-from elastocal.load_case import LoadCases
-from elastocal.study import Study
+from elastocal.elastic.compliance_model import ComplianceModel
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.files.models.model_file import read_model
+from elastocal.files.study.study_file import read_study
+from elastocal.study.study import Study
 from tests.paper.published import CALIBRATION_FORCE, TABLE_5
 
 FOLDER = Path(__file__).parents[1] / "examples" / "kr270"

@@ -12,8 +12,8 @@ import mujoco
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.elastic_arm import ElasticArm
-from elastocal.robot import T_body_joint
+from elastocal.elastic.arm import ElasticArm
+from elastocal.robot.chain import T_body_joint
 
 _STEP = 0.1  # s
 _STEPS = 4000

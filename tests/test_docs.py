@@ -15,11 +15,11 @@ import typer
 
 import elastocal as ec
 from elastocal.cli import app
-from elastocal.criteria import CRITERIA
-from elastocal.io import schema
-from elastocal.io.plan_file import plan_document
-from elastocal.io.study_file import parse_study
-from elastocal.robots import BUILTIN
+from elastocal.files import schema
+from elastocal.files.plans.plan_file import plan_document
+from elastocal.files.study.study_file import parse_study
+from elastocal.robot.sources import BUILTIN
+from elastocal.study.criteria import CRITERIA
 from tests.test_examples import ROOT, quietly
 
 DOCS = ROOT / "docs"

@@ -12,16 +12,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from elastocal.assessment import assess
-from elastocal.certification import lower_bound
 from elastocal.design.exact import Effort
-from elastocal.elastostatics import joint_springs
-from elastocal.instrument import Isotropic
-from elastocal.load_case import LoadCases
-from elastocal.loads import FixedVector
-from elastocal.planning import plan
-from elastocal.robot import Robot, transform
-from elastocal.study import Experiments, Study, TestPose, test_pose
+from elastocal.elastic.allowed_loads import FixedVector
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.elastic.regressor import joint_springs
+from elastocal.measuring.instrument import Isotropic
+from elastocal.planning.assessment import assess
+from elastocal.planning.certificate import lower_bound
+from elastocal.planning.plan import plan
+from elastocal.robot.chain import Robot, transform
+from elastocal.study.study import Experiments, Study, TestPose, test_pose
 from tests.arms import random_chain, random_rotation, random_tool
 from tests.paper.problems import any_direction, cone, kr270
 from tests.paper.published import A0, A0_PLUS

@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 import elastocal as ec
 from elastocal.cli import app
-from elastocal.study import Study
+from elastocal.study.study import Study
 from tests.test_examples import ROOT
 
 FOLDER = ROOT / "examples" / "robots"

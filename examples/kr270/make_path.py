@@ -11,7 +11,7 @@ import sys
 import numpy as np
 
 import elastocal as ec
-from elastocal.rotations import from_rotation_vectors, zyx_angles
+from elastocal.robot.rotations import from_rotation_vectors, zyx_angles
 
 TEST_POSE = np.radians([[0.0, -56.9, 89.3, 45.1, 76.0, 57.2]])
 COUNT = 200

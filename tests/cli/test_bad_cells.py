@@ -9,9 +9,9 @@ import pytest
 import trimesh
 from typer.testing import CliRunner
 
-from elastocal.checkup import check as checkup
 from elastocal.cli import app
-from elastocal.io.study_file import read_study
+from elastocal.files.study.study_file import read_study
+from elastocal.planning.study_check import check as checkup
 from tests.cli.test_bad_studies import GOOD, TRACKER, run
 
 TABLE = "{name: table, box_mm: [1200, 1600, 700], center_mm: [1700, 0, 350]}"

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from elastocal.io.measurement_file import read_measurements
-from elastocal.io.measurements.mapping import read_mapping
-from elastocal.io.study_file import read_study
-from elastocal.robots import load
+from elastocal.files.measurements.mapping import read_mapping
+from elastocal.files.measurements.measurement_file import read_measurements
+from elastocal.files.study.study_file import read_study
+from elastocal.robot.sources import load
 from tests.cli.test_commands import run
-from tests.io.campaign import STUDY_TEXT
-from tests.io.test_bad_measurements import GOOD
+from tests.files.campaign import STUDY_TEXT
+from tests.files.measurements.test_bad_measurements import GOOD
 from tests.test_examples import ROOT
 
 

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import elastocal as ec
-from elastocal.io.csv_table import read_table
-from elastocal.robot import transform
-from elastocal.rotations import from_zyx_angles
+from elastocal.files.tables.csv_table import read_table
+from elastocal.robot.chain import transform
+from elastocal.robot.rotations import from_zyx_angles
 from tests.cli.test_commands import run
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "kr270"

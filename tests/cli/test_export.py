@@ -9,11 +9,11 @@ from typing import Any
 import pytest
 from rich.table import Table
 
-from elastocal.io.exports import ENDINGS, WRITERS
+from elastocal.programs.writers import ENDINGS, WRITERS
 from elastocal.terminal.console import whole
 from tests.cli.test_commands import run
-from tests.io.exports.campaigns import EXAMPLES
-from tests.io.exports.parsers import PARSERS
+from tests.programs.writers.campaigns import EXAMPLES
+from tests.programs.writers.parsers import PARSERS
 
 STUDY = EXAMPLES / "kr270" / "study.yaml"
 HOME = "A1=0deg A2=-60deg A3=60deg A4=0deg A5=20deg A6=0deg"

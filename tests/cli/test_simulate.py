@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from elastocal.identification import identify
-from elastocal.io.campaign_file import QUANTILES
-from elastocal.io.measurement_file import read_measurements
-from elastocal.io.proposal_file import read_proposal
-from elastocal.simulation import simulate
+from elastocal.files.measurements.measurement_file import read_measurements
+from elastocal.files.models.campaign_file import QUANTILES
+from elastocal.files.plans.proposal_file import read_proposal
+from elastocal.identification.identify import identify
+from elastocal.simulation.virtual_campaign import simulate
 from tests.cli.test_commands import run
 from tests.kr270 import FOLDER, kr270_study, kr270_truth
 from tests.paper.published import TABLE_5

@@ -8,19 +8,19 @@ import numpy as np
 import pytest
 import trimesh
 
-from elastocal.cell import CollisionRules, clearances
-from elastocal.collision.chain import robot_solids
-from elastocal.collision.coal_distance import Placements
-from elastocal.collision.solid import bounding_capsule, solids_of
 from elastocal.constraints import Clearance
+from elastocal.constraints.cell import CollisionRules, clearances
 from elastocal.constraints.clearance import PLENTY
+from elastocal.constraints.collision.chain import robot_solids
+from elastocal.constraints.collision.coal_distance import Placements
+from elastocal.constraints.collision.solid import bounding_capsule, solids_of
 from elastocal.errors import InputError
-from elastocal.posture import Posture, forward_kinematics
-from elastocal.robot import Joint, Robot, Tool, transform
-from elastocal.robots import kuka_kr270
-from elastocal.shapes import Shape
+from elastocal.robot.chain import Joint, Robot, Tool, transform
+from elastocal.robot.posture import Posture, forward_kinematics
+from elastocal.robot.shapes import Shape
+from elastocal.robot.sources import kuka_kr270
 from tests.arms import central_difference, random_rotation, random_transform
-from tests.collision.oracle import CellOracle
+from tests.constraints.collision.oracle import CellOracle
 
 KUKA = kuka_kr270()
 TOOL = KUKA.tools["calibration"]

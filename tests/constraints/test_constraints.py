@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from elastocal import constraints
-from elastocal.cell import CollisionRules, clearances
 from elastocal.constraints import (
     AcceptanceCone,
     BeamRange,
@@ -24,10 +23,11 @@ from elastocal.constraints import (
     MinRadius,
     Tilt,
 )
-from elastocal.posture import Posture, forward_kinematics
-from elastocal.robot import Robot, transform
-from elastocal.robots import kuka_kr270, three_link
-from elastocal.shapes import Shape
+from elastocal.constraints.cell import CollisionRules, clearances
+from elastocal.robot.chain import Robot, transform
+from elastocal.robot.posture import Posture, forward_kinematics
+from elastocal.robot.shapes import Shape
+from elastocal.robot.sources import kuka_kr270, three_link
 from tests.arms import central_difference, random_chain
 
 POINT = np.array([0.6115, 0.0, -0.460])  # marker of the calibration tool

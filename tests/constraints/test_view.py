@@ -12,21 +12,21 @@ import pytest
 from typer.testing import CliRunner
 
 import elastocal as ec
-from elastocal.assessment import assess
 from elastocal.cli import app
-from elastocal.collision.chain import robot_solids
-from elastocal.collision.solid import capsule, solids_of
 from elastocal.constraints import AcceptanceCone, HeadAzimuth, HeadElevation, LineOfSight
+from elastocal.constraints.collision.chain import robot_solids
+from elastocal.constraints.collision.solid import capsule, solids_of
 from elastocal.constraints.line_of_sight import NEAR_MARKER, PLENTY
 from elastocal.design.exact import Effort
-from elastocal.instrument import Isotropic
-from elastocal.io.study_file import parse_study
-from elastocal.load_case import LoadCases
-from elastocal.posture import Posture
-from elastocal.robot import transform
-from elastocal.robots import kuka_kr270
-from elastocal.shapes import Shape
-from elastocal.visibility import visibility
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.files.study.study_file import parse_study
+from elastocal.measuring.instrument import Isotropic
+from elastocal.planning.assessment import assess
+from elastocal.planning.visibility import visibility
+from elastocal.robot.chain import transform
+from elastocal.robot.posture import Posture
+from elastocal.robot.shapes import Shape
+from elastocal.robot.sources import kuka_kr270
 from tests.arms import Oracle, central_difference
 
 STUDY = """\

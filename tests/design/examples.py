@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from elastocal.criteria import CRITERIA
 from elastocal.design.criterion import Criterion, InformationFunction
 from elastocal.design.matrix_means import MatrixMean
 from elastocal.design.test_pose import TestPosePrecision
 from elastocal.design.worst import PowerMean, Worst, floored
-from elastocal.elastostatics import joint_springs
-from elastocal.instrument import Isotropic
-from elastocal.load_case import LoadCases
-from elastocal.loads import FixedVector
-from elastocal.robots import three_link
-from elastocal.study import Experiments, Study, test_pose
+from elastocal.elastic.allowed_loads import FixedVector
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.elastic.regressor import joint_springs
+from elastocal.measuring.instrument import Isotropic
+from elastocal.robot.sources import three_link
+from elastocal.study.criteria import CRITERIA
+from elastocal.study.study import Experiments, Study, test_pose
 
 PARAMETERS = 3
 

@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from elastocal.criteria import CRITERIA, criterion_of, losses, mean_test_pose
 from elastocal.design.criterion import InformationFunction, weakest
 from elastocal.design.matrix_means import MatrixMean
 from elastocal.design.test_pose import TestPosePrecision
 from elastocal.design.worst import PowerMean, Worst
 from elastocal.errors import InputError
+from elastocal.study.criteria import CRITERIA, criterion_of, losses, mean_test_pose
 from tests.design.examples import (
     ALL,
     INFORMATION_FUNCTIONS,

@@ -8,13 +8,13 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.constraints import Elevation, HalfSpace, MinRadius
-from elastocal.elastostatics import Regressor, joint_springs
-from elastocal.instrument import Isotropic
-from elastocal.load_case import LoadCases
-from elastocal.loads import FixedVector, FreeDirection, Load
-from elastocal.posture import Posture
-from elastocal.robots import kuka_kr270, three_link
-from elastocal.study import Experiments, Study, TestPose, springs_of, test_pose
+from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, Load
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.elastic.regressor import Regressor, joint_springs
+from elastocal.measuring.instrument import Isotropic
+from elastocal.robot.posture import Posture
+from elastocal.robot.sources import kuka_kr270, three_link
+from elastocal.study.study import Experiments, Study, TestPose, springs_of, test_pose
 from tests.paper.published import (
     CALIBRATION_FORCE,
     FORCE_IN_TEXT,

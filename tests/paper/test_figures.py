@@ -11,13 +11,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from elastocal.compliance_model import ComplianceModel
-from elastocal.elastostatics import joint_springs
-from elastocal.instrument import Isotropic
-from elastocal.load_case import LoadCases
-from elastocal.monte_carlo import MonteCarlo, campaigns
-from elastocal.study import Study, test_pose, with_count
-from elastocal.uncertainty import Fit
+from elastocal.elastic.compliance_model import ComplianceModel
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.elastic.regressor import joint_springs
+from elastocal.identification.uncertainty import Fit
+from elastocal.measuring.instrument import Isotropic
+from elastocal.simulation.monte_carlo import MonteCarlo, campaigns
+from elastocal.study.study import Study, test_pose, with_count
 from tests.kr270 import kr270_study, kr270_truth, published_plans
 from tests.paper.problems import PlanarForceSpace, kr270, three_link_study
 from tests.paper.published import A0, A0_PLUS, FORCE_IN_TABLE_2, TABLE_2, TEST_CONFIGURATION

@@ -13,9 +13,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from elastocal.certification import Bound, lower_bound
-from elastocal.loads import Load
-from elastocal.planning import Plan, plan
+from elastocal.elastic.allowed_loads import Load
+from elastocal.planning.certificate import Bound, lower_bound
+from elastocal.planning.plan import Plan, plan
 from tests.paper.problems import any_direction, cone, kr270
 from tests.paper.published import A0, A0_PLUS, TABLE_7
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from elastocal.elastostatics import Regressor, joint_springs
-from elastocal.load_case import LoadCases
-from elastocal.posture import Posture
-from elastocal.robots import kuka_kr270
-from elastocal.study import test_pose
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.elastic.regressor import Regressor, joint_springs
+from elastocal.robot.posture import Posture
+from elastocal.robot.sources import kuka_kr270
+from elastocal.study.study import test_pose
 from tests.paper.published import (
     A0,
     A0_PLUS,

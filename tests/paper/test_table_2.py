@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from elastocal.elastostatics import Regressor, joint_springs
-from elastocal.posture import Posture
-from elastocal.robots import three_link
+from elastocal.elastic.regressor import Regressor, joint_springs
+from elastocal.robot.posture import Posture
+from elastocal.robot.sources import three_link
 from tests.paper.published import (
     FORCE_IN_TABLE_2,
     FORCE_IN_TEXT,

@@ -9,11 +9,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from elastocal.certification import Bound, lower_bound
-from elastocal.criteria import mean_test_pose
 from elastocal.design.continuous import ContinuousDesign, continuous_design
 from elastocal.design.exact import exact_design
-from elastocal.planning import plan
+from elastocal.planning.certificate import Bound, lower_bound
+from elastocal.planning.plan import plan
+from elastocal.study.criteria import mean_test_pose
 from tests.paper.problems import PlanarForceSpace, three_link_study
 
 # ρ0² / σ², the best of hundreds of starts of an independent program, kept to six decimals.

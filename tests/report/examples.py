@@ -10,25 +10,25 @@ from html.parser import HTMLParser
 import numpy as np
 
 from elastocal import report
-from elastocal.assessment import assess
-from elastocal.certification import Certificate
-from elastocal.comparison import TradeOff
-from elastocal.compensation import Compensation, compensate, residual
-from elastocal.compliance_model import ComplianceModel
+from elastocal.compensation.compensate import Compensation, compensate, residual
 from elastocal.constraints import Elevation, HalfSpace, MinRadius, Tilt
-from elastocal.identification import Identification, identify
-from elastocal.instrument import Isotropic
-from elastocal.load_case import LoadCases
-from elastocal.loads import FixedVector
-from elastocal.measurement import Measurements
-from elastocal.monte_carlo import MonteCarlo, campaigns
-from elastocal.planning import Plan
-from elastocal.robot import Joint, Robot, Tool, transform
-from elastocal.robots import kuka_kr270, three_link
-from elastocal.simulation import simulate
-from elastocal.study import Experiments, Study, springs_of
-from elastocal.study import test_pose as pose_of
-from elastocal.validation import Validation, validate
+from elastocal.elastic.allowed_loads import FixedVector
+from elastocal.elastic.compliance_model import ComplianceModel
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.identification.identify import Identification, identify
+from elastocal.identification.validation import Validation, validate
+from elastocal.measuring.instrument import Isotropic
+from elastocal.measuring.measurements import Measurements
+from elastocal.planning.assessment import assess
+from elastocal.planning.certificate import Certificate
+from elastocal.planning.plan import Plan
+from elastocal.planning.trade_off import TradeOff
+from elastocal.robot.chain import Joint, Robot, Tool, transform
+from elastocal.robot.sources import kuka_kr270, three_link
+from elastocal.simulation.monte_carlo import MonteCarlo, campaigns
+from elastocal.simulation.virtual_campaign import simulate
+from elastocal.study.study import Experiments, Study, springs_of
+from elastocal.study.study import test_pose as pose_of
 
 HOSTILE = "</script><script>alert('x')</script><img src=x onerror=alert(1)>&\"'"
 

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from elastocal.comparison import TradeOff, random_plans
-from elastocal.io.study_file import read_study
-from elastocal.planning import plan
+from elastocal.files.study.study_file import read_study
+from elastocal.planning.plan import plan
+from elastocal.planning.trade_off import TradeOff, random_plans
 from elastocal.report import html
 from tests.report.examples import campaign_page
 

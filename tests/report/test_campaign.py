@@ -11,21 +11,21 @@ import numpy as np
 import pytest
 
 from elastocal import report
-from elastocal.compensation import compensate
+from elastocal.compensation.compensate import compensate
+from elastocal.drawing.units import length
+from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InputError
-from elastocal.identification import identify
-from elastocal.load_case import LoadCases
-from elastocal.measurement import chosen
+from elastocal.identification.identify import identify
+from elastocal.identification.uncertainty import Fit
+from elastocal.identification.validation import leave_one_out, summary, validate
+from elastocal.measuring.measurements import chosen
 from elastocal.report.charts.axes import shortened
 from elastocal.report.charts.correlation import _colour
 from elastocal.report.charts.strips import Strips
 from elastocal.report.contents import Contents
 from elastocal.report.intervals import decimals_of
 from elastocal.report.sections.monte_carlo import predicted_errors
-from elastocal.report.units import length
-from elastocal.simulation import Outliers, simulate
-from elastocal.uncertainty import Fit
-from elastocal.validation import leave_one_out, summary, validate
+from elastocal.simulation.virtual_campaign import Outliers, simulate
 from tests.report.examples import (
     HOSTILE,
     PLANS,
@@ -340,7 +340,7 @@ def test_a_single_compliance() -> None:
 
 
 def _first(springs):  # type: ignore[no-untyped-def]
-    from elastocal.elastostatics import subset
+    from elastocal.elastic.regressor import subset
 
     return subset(springs, springs.names[:1])
 

@@ -12,16 +12,16 @@ import numpy as np
 import pytest
 
 from elastocal import report
-from elastocal.assessment import assess
-from elastocal.certification import Certificate
 from elastocal.constraints import HalfSpace
-from elastocal.load_case import LoadCases
-from elastocal.posture import forward_kinematics
-from elastocal.report.skeleton import skeletons
-from elastocal.report.svg import Scale
-from elastocal.report.units import direction, length, number, percent
-from elastocal.robot import Robot
-from elastocal.robots import three_link
+from elastocal.drawing.skeleton import skeletons
+from elastocal.drawing.svg import Scale
+from elastocal.drawing.units import direction, length, number, percent
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.planning.assessment import assess
+from elastocal.planning.certificate import Certificate
+from elastocal.robot.chain import Robot
+from elastocal.robot.posture import forward_kinematics
+from elastocal.robot.sources import three_link
 from tests.report.examples import (
     HOSTILE,
     PLANS,

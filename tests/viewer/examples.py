@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from elastocal.io.study_file import parse_study, read_study
+from elastocal.files.study.study_file import parse_study, read_study
 from elastocal.viewer.subject import Subject, stops_of
 from tests.kr270 import kr270_study, kr270_truth, published_cases
 

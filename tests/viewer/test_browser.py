@@ -16,8 +16,8 @@ from typing import Any
 
 import pytest
 
-from elastocal.io.plan_file import write_plan
-from elastocal.io.study_file import read_study
+from elastocal.files.plans.plan_file import write_plan
+from elastocal.files.study.study_file import read_study
 from tests.report.examples import kuka_plan
 from tests.viewer.examples import ROBOTS
 from tests.viewer.test_live import free_port

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from elastocal.arrays import Array
-from elastocal.posture import Posture
-from elastocal.report.skeleton import skeletons
-from elastocal.report.solids import Solid
-from elastocal.robots import from_urdf, kuka_kr270
-from elastocal.shapes import Shape
+from elastocal.drawing.shape_solids import solid_of
+from elastocal.drawing.skeleton import skeletons
+from elastocal.drawing.solids import Solid
+from elastocal.robot.posture import Posture
+from elastocal.robot.shapes import Shape
+from elastocal.robot.sources import from_urdf, kuka_kr270
 from elastocal.viewer.frames import rigid_frames
 from elastocal.viewer.parts import chain_parts, robot_parts, tool_parts
 from elastocal.viewer.readout import Room, read_out
-from elastocal.viewer.shape_solids import solid_of
 from elastocal.viewer.subject import Subject
 from elastocal.viewer.surroundings import (
     apertures,
@@ -29,7 +29,7 @@ from elastocal.viewer.surroundings import (
     tracker_solid,
     walls,
 )
-from tests.robots.oracle import zoo
+from tests.robot.sources.oracle import zoo
 from tests.viewer.examples import example, kr270, tracked
 
 

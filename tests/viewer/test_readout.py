@@ -7,20 +7,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from elastocal.elastic_arm import ElasticArm
-from elastocal.elastostatics import deflection
-from elastocal.equilibrium import loaded_deflection
-from elastocal.load_case import LoadCases
-from elastocal.planning import plan
-from elastocal.posture import Posture, forward_kinematics
-from elastocal.sensitivity import sensitivity, worth
+from elastocal.elastic.arm import ElasticArm
+from elastocal.elastic.equilibrium import loaded_deflection
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.elastic.regressor import deflection
+from elastocal.planning.plan import plan
+from elastocal.planning.sensitivity import sensitivity, worth
+from elastocal.robot.posture import Posture, forward_kinematics
 from elastocal.viewer.frames import bent_frames, magnified, rigid_frames, suitable_factor
 from elastocal.viewer.readout import NEAR, Bending, Room, bending, read_out, watched
 from elastocal.viewer.readout_html import heading_html, readout_html, room_words, worth_words
 from elastocal.viewer.subject import Subject, stops_of, way
 from elastocal.viewer.travel import SECONDS, Travel
+from tests.elastic.test_equilibrium import random_arm
 from tests.report.examples import three_link_plan
-from tests.test_equilibrium import random_arm
 from tests.viewer.examples import kr270, rigid, tracked
 
 

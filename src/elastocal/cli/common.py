@@ -15,7 +15,7 @@ from elastocal import __version__
 from elastocal.errors import ElastocalError, InputError
 
 if TYPE_CHECKING:
-    from elastocal.study import Study
+    from elastocal.study.study import Study
 
 app = typer.Typer(
     help="Elastostatic calibration of robot arms: plan, identify, validate, compensate.",
@@ -70,14 +70,14 @@ def main(
 
 def study_at(path: Path) -> Study:
     """The study in a file."""
-    from elastocal.io.study_file import read_study
+    from elastocal.files.study.study_file import read_study
 
     return read_study(path)
 
 
 def study_of_plan(plan: Path, study: Path | None) -> Study:
     """The study of a plan: the one in a file, or else the one embedded in the plan."""
-    from elastocal.io.embedded_study import embedded_study
+    from elastocal.files.study.embedded_study import embedded_study
 
     return embedded_study(plan) if study is None else study_at(study)
 
@@ -130,7 +130,7 @@ def print_json(document: Any) -> None:
     """Print a document for programs."""
     import json
 
-    from elastocal.io.files import finite
+    from elastocal.files.texts import finite
 
     narrow = not (sys.stdout.encoding or "").lower().startswith("utf")
     print(json.dumps(finite(document), indent=2, ensure_ascii=narrow, allow_nan=False))

@@ -12,10 +12,10 @@ from elastocal.errors import InfeasibleError, InputError
 
 if TYPE_CHECKING:
     from elastocal.arrays import Array
-    from elastocal.compensation import Compensation
-    from elastocal.io.path_file import ToolPath
-    from elastocal.robot import Tool
-    from elastocal.study import Study
+    from elastocal.compensation.compensate import Compensation
+    from elastocal.files.paths.path_file import ToolPath
+    from elastocal.robot.chain import Tool
+    from elastocal.study.study import Study
 
 Vector = tuple[float, float, float]
 
@@ -56,12 +56,12 @@ def compensate(
     """Correct a path for the deflection under its load; say what error remains."""
     import numpy as np
 
-    from elastocal import compensation as rules
-    from elastocal.compliance_model import merged_models
-    from elastocal.elastic_arm import ElasticArm
-    from elastocal.io.corrected_file import corrected_document, write_corrected
-    from elastocal.io.model_file import read_model
-    from elastocal.io.path_file import read_path
+    from elastocal.compensation import compensate as rules
+    from elastocal.elastic.arm import ElasticArm
+    from elastocal.elastic.compliance_model import merged_models
+    from elastocal.files.models.model_file import read_model
+    from elastocal.files.paths.corrected_file import corrected_document, write_corrected
+    from elastocal.files.paths.path_file import read_path
 
     given = [study, model, path, *(more or []), *([truth] if truth else [])]
     writable(out, *given, suffix=".csv")
@@ -100,8 +100,8 @@ def _program(
 ) -> list[Path]:
     """Write the corrected path as a robot program, named like the corrected file."""
     from elastocal.cli.export import write_program
-    from elastocal.io.exports import Settings
-    from elastocal.robot_program import Provenance, path_program
+    from elastocal.programs.robot_program import Provenance, path_program
+    from elastocal.programs.writers import Settings
 
     program = path_program(
         study.robot,

@@ -14,12 +14,12 @@ from elastocal.errors import InputError
 if TYPE_CHECKING:
     import numpy as np
 
-    from elastocal.compliance_model import ComplianceModel
-    from elastocal.identification import Identification
-    from elastocal.load_case import LoadCases
-    from elastocal.measurement import Measurements
-    from elastocal.planning import Plan
-    from elastocal.study import Study
+    from elastocal.elastic.compliance_model import ComplianceModel
+    from elastocal.elastic.load_cases import LoadCases
+    from elastocal.identification.identify import Identification
+    from elastocal.measuring.measurements import Measurements
+    from elastocal.planning.plan import Plan
+    from elastocal.study.study import Study
 
 GIVEN = ("study.yaml", "study_a1.yaml", "truth.json", "path.csv")
 _KEPT_ASIDE = 8  # random experiments to validate with
@@ -36,7 +36,7 @@ def demo(
     import numpy as np
 
     from elastocal.cli.report import write_report
-    from elastocal.io.model_file import read_model
+    from elastocal.files.models.model_file import read_model
 
     _prepare(folder)
     studies = [_study(folder / name) for name in ("study.yaml", "study_a1.yaml")]
@@ -72,7 +72,7 @@ def _say(what: str) -> None:
 
 def _prepare(folder: Path) -> None:
     """The files of the example, in a folder that holds nothing else."""
-    from elastocal.io.files import read_text, write_text
+    from elastocal.files.texts import read_text, write_text
 
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -88,7 +88,7 @@ def _prepare(folder: Path) -> None:
 
 
 def _study(path: Path) -> Study:
-    from elastocal.io.study_file import read_study
+    from elastocal.files.study.study_file import read_study
 
     return read_study(path)
 
@@ -112,8 +112,8 @@ def _measured(
     study: Study, truth: ComplianceModel, cases: LoadCases, repeats: Any, out: Path,
     rng: np.random.Generator,
 ) -> Measurements:  # fmt: skip
-    from elastocal.io.measurement_file import read_measurements, write_measurements
-    from elastocal.simulation import simulate
+    from elastocal.files.measurements.measurement_file import read_measurements, write_measurements
+    from elastocal.simulation.virtual_campaign import simulate
 
     write_measurements(simulate(study, truth, cases, repeats, rng), study.robot, out)
     return read_measurements(out, study)
@@ -123,9 +123,9 @@ def _identify(
     study: Study, data: Measurements, out: Path, known: ComplianceModel | None = None
 ) -> Identification:
     from elastocal.cli.identify import provenance
-    from elastocal.identification import identify
-    from elastocal.io.identification_section import identification_sections
-    from elastocal.io.model_file import write_model
+    from elastocal.files.models.identification_section import identification_sections
+    from elastocal.files.models.model_file import write_model
+    from elastocal.identification.identify import identify
     from elastocal.terminal.identifications import show_identification
 
     found = identify(study.arm, data, known=known)
@@ -145,9 +145,9 @@ def _validate(
     """Random experiments the model has not seen, and how well it predicts them."""
     import numpy as np
 
-    from elastocal.io.measurements.suspicious import kept_aside
+    from elastocal.files.measurements.suspicious import kept_aside
+    from elastocal.identification.validation import validate
     from elastocal.terminal.identifications import show_validation
-    from elastocal.validation import validate
 
     cases = study.space.load_cases(study.space.sample(_KEPT_ASIDE, rng))
     once = np.ones(len(cases), dtype=np.int64)
@@ -163,8 +163,8 @@ def _compensate(
     """The corrected path, and what is left of its error on the true robot."""
     from elastocal.cli.compensate import start_of, task_tool
     from elastocal.cli.stages import compensated
-    from elastocal.io.corrected_file import write_corrected
-    from elastocal.io.path_file import read_path
+    from elastocal.files.paths.corrected_file import write_corrected
+    from elastocal.files.paths.path_file import read_path
     from elastocal.terminal.compensations import show_compensation
 
     done = compensated(study, folder / "path.csv", model, truth, None)

@@ -13,10 +13,10 @@ from elastocal.errors import InputError
 
 if TYPE_CHECKING:
     from elastocal.arrays import Array
-    from elastocal.io.exports import Settings
-    from elastocal.robot import Robot
-    from elastocal.robot_program import RobotProgram
-    from elastocal.study import Study
+    from elastocal.programs.robot_program import RobotProgram
+    from elastocal.programs.writers import Settings
+    from elastocal.robot.chain import Robot
+    from elastocal.study.study import Study
 
 
 @app.command()
@@ -51,9 +51,9 @@ def export(
     """Write the plan as a robot program; refuse a plan that breaks a constraint."""
     import numpy as np
 
-    from elastocal.campaign_program import campaign_program
-    from elastocal.io.exports import Settings
-    from elastocal.io.proposal_file import read_proposal
+    from elastocal.files.plans.proposal_file import read_proposal
+    from elastocal.programs.campaign_program import campaign_program
+    from elastocal.programs.writers import Settings
 
     what = study_of_plan(plan_file, study)
     proposal = read_proposal(plan_file, what)
@@ -88,7 +88,7 @@ def export(
 
 def _home(study: Study, text: str | None) -> Array | None:
     """Home as given; that of the study where motions are watched; else none."""
-    from elastocal.motion import watched
+    from elastocal.motion.margins import watched
 
     if text is not None:
         return study.coupling.to_model(home_values(text, study.robot)[None])[0]
@@ -104,8 +104,8 @@ def write_program(
     *inputs: Path | None,
 ) -> list[Path]:
     """Write a program for a controller; refuse a file name that the controller does not take."""
-    from elastocal.io.exports import export as texts
-    from elastocal.io.files import write_text
+    from elastocal.files.texts import write_text
+    from elastocal.programs.writers import export as texts
 
     files = {folder / file: text for file, text in texts(program, to, settings).items()}
     made = next(iter(files)).stem
@@ -121,7 +121,7 @@ def write_program(
 
 def _place(out: Path, to: str) -> tuple[Path, str]:
     """Folder and program name; no name if `out` is a folder."""
-    from elastocal.io.exports import ENDINGS, WRITERS
+    from elastocal.programs.writers import ENDINGS, WRITERS
 
     if to not in WRITERS:
         raise InputError(f"no export to {to!r}; there are {', '.join(WRITERS)}")

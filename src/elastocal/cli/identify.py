@@ -13,10 +13,10 @@ from elastocal.cli.common import Json, StudyPath, app, guarded, print_json, stud
 from elastocal.errors import InputError
 
 if TYPE_CHECKING:
-    from elastocal.compliance_model import ComplianceModel
-    from elastocal.identification import Identification
-    from elastocal.measurement import Measurements
-    from elastocal.study import Study
+    from elastocal.elastic.compliance_model import ComplianceModel
+    from elastocal.identification.identify import Identification
+    from elastocal.measuring.measurements import Measurements
+    from elastocal.study.study import Study
 
 
 class Model(StrEnum):
@@ -76,10 +76,10 @@ def identify(
     as_json: Json = False,
 ) -> None:
     """Identify the compliances from measurements; write model.json."""
-    from elastocal.identification import identify as fit
-    from elastocal.io.identification_section import identification_sections
-    from elastocal.io.model_file import model_document, write_model
-    from elastocal.uncertainty import Fit
+    from elastocal.files.models.identification_section import identification_sections
+    from elastocal.files.models.model_file import model_document, write_model
+    from elastocal.identification.identify import identify as fit
+    from elastocal.identification.uncertainty import Fit
 
     models = [file for file in (mapping, prior, known) if file is not None]
     writable(out, study, *measurements, *models, suffix=".json")
@@ -117,7 +117,7 @@ def show_remarks(data: Measurements) -> None:
 
 def readings(study: Study, paths: list[Path], mapping: Path | None = None) -> Measurements:
     """The readings in one file, or in several that belong together."""
-    from elastocal.io.measurement_file import read_measurements
+    from elastocal.files.measurements.measurement_file import read_measurements
 
     chosen: Any = paths[0] if len(paths) == 1 else paths
     return read_measurements(chosen, study, mapping)
@@ -125,7 +125,7 @@ def readings(study: Study, paths: list[Path], mapping: Path | None = None) -> Me
 
 def provenance(study: Study, data: Measurements, *models: Path | None) -> dict[str, Any]:
     """Hashes of everything a model was made from."""
-    from elastocal.io.plan_file import study_hash
+    from elastocal.files.plans.plan_file import study_hash
 
     return {
         "study": {"name": study.name, "sha256": study_hash(study)},
@@ -151,11 +151,11 @@ def validate(
     as_json: Json = False,
 ) -> None:
     """Compare a model with experiments; with those it was made from, each is left out in turn."""
-    from elastocal.io.identification_section import validation_document
-    from elastocal.io.measurements.suspicious import kept_aside
-    from elastocal.io.model_file import model_sections, read_model
-    from elastocal.validation import Validation, leave_one_out
-    from elastocal.validation import validate as compare
+    from elastocal.files.measurements.suspicious import kept_aside
+    from elastocal.files.models.identification_section import validation_document
+    from elastocal.files.models.model_file import model_sections, read_model
+    from elastocal.identification.validation import Validation, leave_one_out
+    from elastocal.identification.validation import validate as compare
 
     what = study_at(study)
     data = readings(what, measurements, mapping)
@@ -185,7 +185,7 @@ def validate(
 
 def model_at(path: Path | None, study: Study) -> ComplianceModel | None:
     """The model in a file, None if no file is named."""
-    from elastocal.io.model_file import read_model
+    from elastocal.files.models.model_file import read_model
 
     return None if path is None else read_model(path, study.robot)
 
@@ -199,8 +199,8 @@ def fitted_again(
     confidence: float = 0.95,
 ) -> Identification:
     """The fit that made a model, once more; by default settings if its `sections` do not say."""
-    from elastocal.identification import identify as fit
-    from elastocal.uncertainty import Fit
+    from elastocal.identification.identify import identify as fit
+    from elastocal.identification.uncertainty import Fit
 
     how = sections.get("identification", {})
     chosen = Fit(

@@ -24,9 +24,9 @@ from elastocal.cli.common import (
 from elastocal.errors import InfeasibleError, InputError
 
 if TYPE_CHECKING:
-    from elastocal.certification import Bound
-    from elastocal.planning import Plan
-    from elastocal.study import Study
+    from elastocal.planning.certificate import Bound
+    from elastocal.planning.plan import Plan
+    from elastocal.study.study import Study
 
 
 @app.command()
@@ -59,7 +59,7 @@ def plan(
     what = overridden(what, count, max_configurations, criterion)
     made = planned(what, out, seed)
     if as_json:
-        from elastocal.io.plan_file import plan_document
+        from elastocal.files.plans.plan_file import plan_document
 
         print_json(plan_document(made))
         return
@@ -72,7 +72,7 @@ def plan(
 def _rest(study: Study, measured: list[Path]) -> Study:
     """The study of what is left after the experiments in `measured`."""
     from elastocal.cli.identify import readings, show_remarks
-    from elastocal.replanning import done, remaining
+    from elastocal.planning.remaining import done, remaining
 
     data = readings(study, measured)
     show_remarks(data)
@@ -81,8 +81,8 @@ def _rest(study: Study, measured: list[Path]) -> Study:
 
 def planned(study: Study, out: Path, seed: int) -> Plan:
     """Plan a study, and write the plan and its run sheet beside it."""
-    from elastocal.io.plan_file import write_plan, write_run_sheet
-    from elastocal.planning import plan as make
+    from elastocal.files.plans.plan_file import write_plan, write_run_sheet
+    from elastocal.planning.plan import plan as make
 
     with progress("planning") as tell:
         made = make(study, seed=seed, progress=tell)
@@ -105,12 +105,12 @@ def evaluate(
     as_json: Json = False,
 ) -> None:
     """Judge plans from the study alone; refuse what breaks a constraint or claims too much."""
-    from elastocal.comparison import random_plans
-    from elastocal.evaluation import evaluate as judge
-    from elastocal.io.plan_file import study_hash
-    from elastocal.io.proposal_file import read_proposal
-    from elastocal.replanning import knowing
-    from elastocal.study import with_count
+    from elastocal.files.plans.plan_file import study_hash
+    from elastocal.files.plans.proposal_file import read_proposal
+    from elastocal.planning.evaluation import evaluate as judge
+    from elastocal.planning.remaining import knowing
+    from elastocal.planning.trade_off import random_plans
+    from elastocal.study.study import with_count
 
     what = study_at(study)
     results = {}
@@ -164,8 +164,8 @@ def bound(study: Study, count: int, seed: int) -> Bound:
     """A bound computed anew, from another stream of random numbers than the planner's."""
     import numpy as np
 
-    from elastocal.certification import lower_bound
-    from elastocal.study import with_count
+    from elastocal.planning.certificate import lower_bound
+    from elastocal.study.study import with_count
 
     with progress("bound") as tell:
         rng = np.random.default_rng([seed, 1])

@@ -22,7 +22,7 @@ from elastocal.cli.stages import Files, stages, virtual_campaigns
 from elastocal.errors import InputError
 
 if TYPE_CHECKING:
-    from elastocal.planning import Plan
+    from elastocal.planning.plan import Plan
 
 Measured = Annotated[
     list[Path] | None, typer.Option("--measurements", help="Measured deflections (CSV).")
@@ -66,13 +66,13 @@ def report(
 
     Whatever follows the plan is computed again from the files that are named.
     """
-    from elastocal.assessment import assess
-    from elastocal.evaluation import evaluate as judge
-    from elastocal.io.model_file import read_model
-    from elastocal.io.proposal_file import read_proposal
-    from elastocal.planning import Plan
-    from elastocal.replanning import knowing
-    from elastocal.study import with_count
+    from elastocal.files.models.model_file import read_model
+    from elastocal.files.plans.proposal_file import read_proposal
+    from elastocal.planning.assessment import assess
+    from elastocal.planning.evaluation import evaluate as judge
+    from elastocal.planning.plan import Plan
+    from elastocal.planning.remaining import knowing
+    from elastocal.study.study import with_count
 
     files = Files(measurements or [], model, mapping, prior, known, validation or [], path, truth)
     if campaigns is not None and truth is None:
@@ -122,8 +122,8 @@ def write_report(
 
     `further` are the stages after the plan, as arguments of `report.html`.
     """
-    from elastocal.comparison import random_plans, trade_off
-    from elastocal.io.files import write_text
+    from elastocal.files.texts import write_text
+    from elastocal.planning.trade_off import random_plans, trade_off
     from elastocal.report import html
 
     curves = None

@@ -21,8 +21,8 @@ from elastocal.cli.common import (
 from elastocal.errors import InputError
 
 if TYPE_CHECKING:
-    from elastocal.compliance_model import ComplianceModel
-    from elastocal.study import Study
+    from elastocal.elastic.compliance_model import ComplianceModel
+    from elastocal.study.study import Study
 
 
 @app.command()
@@ -72,8 +72,8 @@ def simulate(
     """Simulate what a plan would measure on a robot whose compliances are known."""
     import numpy as np
 
-    from elastocal.io.model_file import read_model
-    from elastocal.simulation import LoadError, Outliers
+    from elastocal.files.models.model_file import read_model
+    from elastocal.simulation.virtual_campaign import LoadError, Outliers
 
     many = campaigns is not None
     out = out or Path("campaigns.json" if many else "measurements.csv")
@@ -104,9 +104,9 @@ def _one(
     """Write the measurements of one virtual campaign."""
     import numpy as np
 
-    from elastocal.io.measurement_file import write_measurements
-    from elastocal.io.proposal_file import read_proposal
-    from elastocal.simulation import simulate as run
+    from elastocal.files.measurements.measurement_file import write_measurements
+    from elastocal.files.plans.proposal_file import read_proposal
+    from elastocal.simulation.virtual_campaign import simulate as run
 
     if len(plans) != 1:
         raise InputError(f"one campaign needs one plan, found {len(plans)}; see --campaigns")
@@ -142,10 +142,10 @@ def _many(
     as_json: bool,
 ) -> None:
     """Compare plans by many virtual campaigns."""
-    from elastocal.io.campaign_file import campaigns_document, write_campaigns
-    from elastocal.io.proposal_file import read_proposal
-    from elastocal.monte_carlo import campaigns
-    from elastocal.uncertainty import Fit
+    from elastocal.files.models.campaign_file import campaigns_document, write_campaigns
+    from elastocal.files.plans.proposal_file import read_proposal
+    from elastocal.identification.uncertainty import Fit
+    from elastocal.simulation.monte_carlo import campaigns
 
     named = {}
     for path in plans:

@@ -10,13 +10,13 @@ from elastocal.errors import InputError
 
 if TYPE_CHECKING:
     from elastocal.arrays import IntArray
-    from elastocal.compliance_model import ComplianceModel
-    from elastocal.identification import Identification
-    from elastocal.load_case import LoadCases
-    from elastocal.monte_carlo import MonteCarlo
-    from elastocal.planning import Plan
-    from elastocal.study import Study
-    from elastocal.validation import Validation
+    from elastocal.elastic.compliance_model import ComplianceModel
+    from elastocal.elastic.load_cases import LoadCases
+    from elastocal.identification.identify import Identification
+    from elastocal.identification.validation import Validation
+    from elastocal.planning.plan import Plan
+    from elastocal.simulation.monte_carlo import MonteCarlo
+    from elastocal.study.study import Study
 
 _SAME = 1e-6  # difference in standard errors up to which a model is that of the measurements
 
@@ -70,7 +70,7 @@ def stages(study: Study, files: Files, tool: str | None, confidence: float) -> d
 
 def _with(model: ComplianceModel | None, known: ComplianceModel | None) -> ComplianceModel | None:
     """A model with that of further joints, unless it has them already."""
-    from elastocal.compliance_model import merged_models
+    from elastocal.elastic.compliance_model import merged_models
 
     if model is None or known is None or set(known.names) <= set(model.names):
         return model
@@ -82,7 +82,7 @@ def virtual_campaigns(
 ) -> MonteCarlo:
     """Many virtual campaigns of the plan and of others: load cases with repeats, by name."""
     from elastocal.cli.common import progress
-    from elastocal.monte_carlo import campaigns
+    from elastocal.simulation.monte_carlo import campaigns
 
     named = {"this plan": (plan.load_cases, plan.repeats)} | others
     with progress("campaigns") as tell:
@@ -96,7 +96,7 @@ def _identified(
     import numpy as np
 
     from elastocal.cli.identify import fitted_again, model_at, readings
-    from elastocal.io.model_file import model_sections
+    from elastocal.files.models.model_file import model_sections
 
     if not files.measurements:
         return None
@@ -142,8 +142,8 @@ def _validated(
 ) -> Validation | None:
     """On what was kept aside, else each experiment left out in turn."""
     from elastocal.cli.identify import readings
-    from elastocal.io.measurements.suspicious import kept_aside
-    from elastocal.validation import leave_one_out, validate
+    from elastocal.files.measurements.suspicious import kept_aside
+    from elastocal.identification.validation import leave_one_out, validate
 
     if not files.validation:
         return None if found is None else leave_one_out(found, confidence=confidence)
@@ -170,9 +170,9 @@ def compensated(
 ) -> dict[str, Any]:
     """The corrected path, judged by the truth if that is known."""
     from elastocal.cli.compensate import start_of, task_tool
-    from elastocal.compensation import compensate, residual
-    from elastocal.elastic_arm import ElasticArm
-    from elastocal.io.path_file import read_path
+    from elastocal.compensation.compensate import compensate, residual
+    from elastocal.elastic.arm import ElasticArm
+    from elastocal.files.paths.path_file import read_path
 
     used = task_tool(study, tool)
     task = read_path(path, study.robot, used, start_of(study, used, None))

@@ -19,8 +19,8 @@ from elastocal.cli.common import (
 from elastocal.errors import InputError
 
 if TYPE_CHECKING:
-    from elastocal.checkup import Checkup
-    from elastocal.study import Study
+    from elastocal.planning.study_check import Checkup
+    from elastocal.study.study import Study
 
 
 @app.command()
@@ -29,7 +29,7 @@ def init(
     path: Annotated[Path, typer.Argument(help="File to write.")] = Path("study.yaml"),
 ) -> None:
     """Write a commented study file to start from."""
-    from elastocal.io.files import read_text, write_text
+    from elastocal.files.texts import read_text, write_text
 
     if path.exists():
         raise InputError(f"{path}: exists already; choose another name")
@@ -58,8 +58,8 @@ def check(
     if measurements:
         _check_measurements(study, measurements, mapping, as_json)
         return
-    from elastocal.checkup import check as look
-    from elastocal.io.study_file import read_study
+    from elastocal.files.study.study_file import read_study
+    from elastocal.planning.study_check import check as look
 
     if picture is not None:
         writable(picture, study)
@@ -96,8 +96,8 @@ def _check_measurements(
     study: Path, paths: list[Path], mapping: Path | None, as_json: bool
 ) -> None:
     """Say what was understood of measurement files."""
-    from elastocal.io.measurement_file import read_measurements
-    from elastocal.io.study_file import read_study
+    from elastocal.files.measurements.measurement_file import read_measurements
+    from elastocal.files.study.study_file import read_study
 
     what = read_study(study)
     found = read_measurements(paths, what, mapping)
@@ -123,8 +123,8 @@ def _check_measurements(
 
 def _draw(study: Study, path: Path) -> None:
     """Write the picture of the robot, alone or as a page."""
-    from elastocal.io.files import write_text
-    from elastocal.report.check_picture import check_page, check_picture
+    from elastocal.drawing.check_picture import check_page, check_picture
+    from elastocal.files.texts import write_text
 
     drawn = check_page if path.suffix.lower() == ".html" else check_picture
     write_text(path, drawn(study))

@@ -12,7 +12,7 @@ import typer
 from elastocal.cli.common import StudyPath, app, guarded, study_at
 
 if TYPE_CHECKING:
-    from elastocal.study import Study
+    from elastocal.study.study import Study
     from elastocal.viewer.subject import Subject
 
 
@@ -33,8 +33,8 @@ def view(
     ] = False,
 ) -> None:
     """Show the robot, its plan and its deflections in a web page on this machine only."""
-    from elastocal.compliance_model import merged_models
-    from elastocal.io.model_file import read_model
+    from elastocal.elastic.compliance_model import merged_models
+    from elastocal.files.models.model_file import read_model
     from elastocal.viewer.live import serve
     from elastocal.viewer.local_server import check_port, viser_module
 
@@ -59,12 +59,12 @@ def view(
 
 def _subject(study: Study, plan: Path | None) -> Subject:
     """The study with the poses of a plan, and what its certificate tells of any place."""
-    from elastocal.io.certificate_section import read_certified_design
-    from elastocal.io.plan_file import study_hash
-    from elastocal.io.proposal_file import read_proposal
-    from elastocal.replanning import knowing
-    from elastocal.sensitivity import sensitivity
-    from elastocal.study import with_count
+    from elastocal.files.plans.certificate_section import read_certified_design
+    from elastocal.files.plans.plan_file import study_hash
+    from elastocal.files.plans.proposal_file import read_proposal
+    from elastocal.planning.remaining import knowing
+    from elastocal.planning.sensitivity import sensitivity
+    from elastocal.study.study import with_count
     from elastocal.viewer.subject import Subject, stops_of
 
     if plan is None:

@@ -8,8 +8,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.posture import Posture
-from elastocal.robot import Robot
+from elastocal.robot.chain import Robot
+from elastocal.robot.posture import Posture
 
 Pull = Callable[[Array], Array]
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.collision.contacts import LeftOut
-from elastocal.collision.distance import Nearest, Pairs, nearest
 from elastocal.constraints.base import Constraint, Pull
-from elastocal.posture import Posture, cross, dot
-from elastocal.shapes import Shape
+from elastocal.constraints.collision.contacts import LeftOut
+from elastocal.constraints.collision.distance import Nearest, Pairs, nearest
+from elastocal.robot.posture import Posture, cross, dot
+from elastocal.robot.shapes import Shape
 
 PLENTY = 0.05
 """Margins above this [m] are not measured while planning: they are said to be this."""

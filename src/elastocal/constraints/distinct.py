@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from elastocal.arrays import Array, frozen
 from elastocal.constraints.base import Constraint, Pull
-from elastocal.posture import Posture
+from elastocal.robot.posture import Posture
 
 
 class Distinct(Constraint):

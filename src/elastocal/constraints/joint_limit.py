@@ -6,7 +6,7 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.constraints.base import Constraint, Pull
-from elastocal.posture import Posture
+from elastocal.robot.posture import Posture
 
 
 class JointLimit(Constraint):

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from elastocal.arrays import Array, IntArray
-from elastocal.collision.segments import Closest, between_segments, segment_and_box
-from elastocal.collision.solid import Solid
 from elastocal.constraints.base import Pull
+from elastocal.constraints.collision.segments import Closest, between_segments, segment_and_box
+from elastocal.constraints.collision.solid import Solid
 from elastocal.constraints.view import ViewConstraint
-from elastocal.posture import Posture, cross, dot
-from elastocal.robot import Robot
+from elastocal.robot.chain import Robot
+from elastocal.robot.posture import Posture, cross, dot
 
 BEAM_RADIUS = 0.01
 """Radius of the beam with some room [m], if nothing is said."""

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from elastocal.arrays import Array, frozen
 from elastocal.constraints.base import Constraint, Pull
-from elastocal.posture import Posture, dot
+from elastocal.robot.posture import Posture, dot
 
 
 class ViewConstraint(Constraint, abc.ABC):

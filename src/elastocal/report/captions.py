@@ -8,11 +8,11 @@ from __future__ import annotations
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.certification import Certificate
-from elastocal.comparison import TradeOff
-from elastocal.planning import Plan
-from elastocal.report.surfaces import APERTURES, WALLS
-from elastocal.report.units import length, number
+from elastocal.drawing.surfaces import APERTURES, WALLS
+from elastocal.drawing.units import length, number
+from elastocal.planning.certificate import Certificate
+from elastocal.planning.plan import Plan
+from elastocal.planning.trade_off import TradeOff
 
 
 def of_random(random: Array | None) -> str:

@@ -6,14 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from elastocal.arrays import Array
-from elastocal.assessment import Assessment
-from elastocal.comparison import TradeOff
-from elastocal.compensation import Compensation
-from elastocal.compliance_model import ComplianceModel
-from elastocal.identification import Identification
-from elastocal.monte_carlo import MonteCarlo
-from elastocal.planning import Plan
-from elastocal.validation import Validation
+from elastocal.compensation.compensate import Compensation
+from elastocal.elastic.compliance_model import ComplianceModel
+from elastocal.identification.identify import Identification
+from elastocal.identification.validation import Validation
+from elastocal.planning.assessment import Assessment
+from elastocal.planning.plan import Plan
+from elastocal.planning.trade_off import TradeOff
+from elastocal.simulation.monte_carlo import MonteCarlo
 
 
 @dataclass(frozen=True)

@@ -10,12 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastocal.compliance_model import ComplianceModel
-from elastocal.identification import Identification
+from elastocal.drawing.units import compliance_unit, fixed, number
+from elastocal.drawing.units import sure as sure_of
+from elastocal.elastic.compliance_model import ComplianceModel
+from elastocal.identification.identify import Identification
 from elastocal.report.charts.forest import Estimate
 from elastocal.report.tables import Row, Table
-from elastocal.report.units import compliance_unit, fixed, number
-from elastocal.report.units import sure as sure_of
 
 _STIFFNESS = {False: (1e-6, "10⁶ N·m/rad"), True: (1e-6, "N/µm")}
 

@@ -13,9 +13,10 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from elastocal.drawing.palette import COLOURS
+from elastocal.drawing.units import words
 from elastocal.errors import InputError
 from elastocal.report.contents import Contents
-from elastocal.report.palette import COLOURS
 from elastocal.report.section import Part, Section
 from elastocal.report.sections.compensation import compensation_part
 from elastocal.report.sections.identification import identification_part
@@ -24,7 +25,6 @@ from elastocal.report.sections.plan import plan_part
 from elastocal.report.sections.provenance import provenance
 from elastocal.report.sections.state import state_section, title
 from elastocal.report.sections.validation import validation_part
-from elastocal.report.units import words
 
 _PARTS = (identification_part, validation_part, compensation_part, monte_carlo_part)
 

@@ -12,9 +12,9 @@ import numpy as np
 from markupsafe import Markup
 
 from elastocal.arrays import Array
+from elastocal.drawing.projection import Projection
+from elastocal.drawing.svg import drawing, line, polyline, tag, text
 from elastocal.report.charts.axes import legend, legend_height
-from elastocal.report.projection import Projection
-from elastocal.report.svg import drawing, line, polyline, tag, text
 
 _TIES = 24  # thin lines between the wanted and the bent path
 

@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from elastocal.identification import Identification
-from elastocal.load_case import LoadCases
+from elastocal.drawing.stage import Stage, Vector, boxed, posed
+from elastocal.drawing.units import length
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.identification.identify import Identification
 from elastocal.report.charts.axes import shortened
-from elastocal.report.stage import Stage, Vector, boxed, posed
-from elastocal.report.units import length
 
 _MOST_FIGURES, _MOST_VECTORS = 12, 24
 _LONGEST = 0.17  # longest arrow over the size of the robot

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from markupsafe import Markup
 
-from elastocal.planning import Plan
-from elastocal.report.picture import portrait
-from elastocal.report.stage import Stage
-from elastocal.report.units import direction, fixed, joint_unit, joint_value, plain, vector
+from elastocal.drawing.picture import portrait
+from elastocal.drawing.stage import Stage
+from elastocal.drawing.units import direction, fixed, joint_unit, joint_value, plain, vector
+from elastocal.planning.plan import Plan
 
 
 @dataclass(frozen=True)

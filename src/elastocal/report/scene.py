@@ -15,15 +15,15 @@ from typing import Any
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.planning import Plan
-from elastocal.posture import Posture
-from elastocal.report.palette import COLOURS
-from elastocal.report.skeleton import Skeleton
-from elastocal.report.solids import Solid, arrow, ball, sphere, tube, union
-from elastocal.report.stage import Figure, Stage
-from elastocal.report.surfaces import Surface, aperture, wall
-from elastocal.report.units import words as words_of
-from elastocal.robot import Robot
+from elastocal.drawing.palette import COLOURS
+from elastocal.drawing.skeleton import Skeleton
+from elastocal.drawing.solids import Solid, arrow, ball, sphere, tube, union
+from elastocal.drawing.stage import Figure, Stage
+from elastocal.drawing.surfaces import Surface, aperture, wall
+from elastocal.drawing.units import words as words_of
+from elastocal.planning.plan import Plan
+from elastocal.robot.chain import Robot
+from elastocal.robot.posture import Posture
 
 Trace = dict[str, Any]
 

@@ -10,11 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastocal.assessment import TOLERANCE, Assessment
 from elastocal.constraints import describe
-from elastocal.criteria import CRITERIA, POSITION_ERRORS
-from elastocal.planning import Plan
-from elastocal.report.units import (
+from elastocal.drawing.units import (
     compliance_unit,
     fixed,
     joint_unit,
@@ -26,7 +23,10 @@ from elastocal.report.units import (
     vector,
     words,
 )
-from elastocal.visibility import visibility
+from elastocal.planning.assessment import TOLERANCE, Assessment
+from elastocal.planning.plan import Plan
+from elastocal.planning.visibility import visibility
+from elastocal.study.criteria import CRITERIA, POSITION_ERRORS
 
 _MOST_SUPPORT = 8
 

@@ -7,7 +7,7 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from elastocal.monte_carlo import MonteCarlo
+from elastocal.simulation.monte_carlo import MonteCarlo
 from elastocal.terminal.console import out, whole
 
 

@@ -8,8 +8,8 @@ from rich.table import Table
 from rich.text import Text
 
 from elastocal.arrays import Array
-from elastocal.compensation import Compensation
-from elastocal.io.path_file import ToolPath
+from elastocal.compensation.compensate import Compensation
+from elastocal.files.paths.path_file import ToolPath
 from elastocal.terminal.console import out, whole
 
 _MOST_REMARKS = 10

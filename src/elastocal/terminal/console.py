@@ -13,7 +13,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from elastocal.arrays import Array
-from elastocal.certification import Progress as Tell
+from elastocal.planning.certificate import Progress as Tell
 
 out = Console(highlight=False, soft_wrap=False)
 err = Console(stderr=True, highlight=False)

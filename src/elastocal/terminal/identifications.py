@@ -7,9 +7,9 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from elastocal.identification import Identification
+from elastocal.identification.identify import Identification
+from elastocal.identification.validation import Validation, summary
 from elastocal.terminal.console import counted, micrometres, out, whole
-from elastocal.validation import Validation, summary
 
 _BAR = 25  # characters of a drawn interval
 _MOST = 20  # experiments listed one by one

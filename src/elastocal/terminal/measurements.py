@@ -7,8 +7,8 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from elastocal.measurement import Measurements
-from elastocal.robot import Robot
+from elastocal.measuring.measurements import Measurements
+from elastocal.robot.chain import Robot
 from elastocal.terminal.console import numbers, out, whole
 
 _SHOWN = 12

@@ -8,17 +8,17 @@ from rich.table import Table
 from rich.text import Text
 
 from elastocal.arrays import Array
-from elastocal.certification import Certificate
 from elastocal.constraints import describe
-from elastocal.criteria import POSITION_ERRORS
-from elastocal.evaluation import Evaluation
-from elastocal.io.compliance_units import unit_of
-from elastocal.planning import Plan
-from elastocal.robot import Robot
-from elastocal.schedule import Schedule
-from elastocal.study import Study
+from elastocal.files.compliance_units import unit_of
+from elastocal.motion.schedule import Schedule
+from elastocal.planning.certificate import Certificate
+from elastocal.planning.evaluation import Evaluation
+from elastocal.planning.plan import Plan
+from elastocal.planning.visibility import Visibility, visibility
+from elastocal.robot.chain import Robot
+from elastocal.study.criteria import POSITION_ERRORS
+from elastocal.study.study import Study
 from elastocal.terminal.console import micrometres, numbers, out, whole
-from elastocal.visibility import Visibility, visibility
 
 
 def show_plan(plan: Plan) -> None:

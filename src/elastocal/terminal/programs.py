@@ -6,7 +6,7 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from elastocal.robot_program import Ask, Measure, Move, RobotProgram, Settle
+from elastocal.programs.robot_program import Ask, Measure, Move, RobotProgram, Settle
 from elastocal.terminal.console import out, whole
 
 

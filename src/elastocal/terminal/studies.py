@@ -10,10 +10,10 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from elastocal.checkup import Checkup
-from elastocal.instrument import Instrument, LaserTracker
-from elastocal.loads import FixedVector, FreeDirection, Load
-from elastocal.study import Study
+from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, Load
+from elastocal.measuring.instrument import Instrument, LaserTracker
+from elastocal.planning.study_check import Checkup
+from elastocal.study.study import Study
 from elastocal.terminal.console import numbers, out
 
 

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from elastocal.arrays import Array, BoolArray
-from elastocal.report.solids import Solid
-from elastocal.robot import Robot, Tool
-from elastocal.rotations import quaternions
+from elastocal.drawing.solids import Solid
+from elastocal.robot.chain import Robot, Tool
+from elastocal.robot.rotations import quaternions
 from elastocal.viewer.parts import Colour, Part, tool_parts
 
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.elastic_arm import ElasticArm
-from elastocal.posture import Posture
-from elastocal.robot import Robot
+from elastocal.elastic.arm import ElasticArm
+from elastocal.robot.chain import Robot
+from elastocal.robot.posture import Posture
 
 
 def rigid_frames(robot: Robot, q: Array) -> Array:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.elastic_arm import ElasticArm
+from elastocal.elastic.arm import ElasticArm
 from elastocal.viewer.frames import bent_frames, magnified, rigid_frames, suitable_factor
 from elastocal.viewer.local_server import local_server, stop
 from elastocal.viewer.panel import Panel

@@ -13,13 +13,13 @@ from itertools import pairwise
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.collision.chain import chain_length
+from elastocal.constraints.collision.chain import chain_length
+from elastocal.drawing.palette import COLOURS
+from elastocal.drawing.shape_solids import round_ball, solid_of
+from elastocal.drawing.solids import Solid, tube, union
 from elastocal.errors import InputError
-from elastocal.report.palette import COLOURS
-from elastocal.report.solids import Solid, tube, union
-from elastocal.robot import Joint, Robot, Tool
-from elastocal.shapes import Shape
-from elastocal.viewer.shape_solids import round_ball, solid_of
+from elastocal.robot.chain import Joint, Robot, Tool
+from elastocal.robot.shapes import Shape
 
 Colour = tuple[int, int, int]
 

@@ -13,13 +13,13 @@ import numpy as np
 from elastocal.arrays import Array, frozen
 from elastocal.constraints import Constraint, JointLimit
 from elastocal.constraints.view import ViewConstraint
-from elastocal.elastic_arm import ElasticArm
-from elastocal.equilibrium import equilibrium, markers_at
-from elastocal.load_case import LoadCases
-from elastocal.posture import Posture
-from elastocal.robot import Tool
-from elastocal.sensitivity import worth
-from elastocal.study import Study
+from elastocal.elastic.arm import ElasticArm
+from elastocal.elastic.equilibrium import equilibrium, markers_at
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.planning.sensitivity import worth
+from elastocal.robot.chain import Tool
+from elastocal.robot.posture import Posture
+from elastocal.study.study import Study
 from elastocal.viewer.subject import Subject
 
 NEAR = {"rad": float(np.radians(5.0)), "m": 0.05}

@@ -12,8 +12,8 @@ from html import escape
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.report.palette import COLOURS
-from elastocal.report.units import fixed, plain, words
+from elastocal.drawing.palette import COLOURS
+from elastocal.drawing.units import fixed, plain, words
 from elastocal.viewer.readout import Bending, Readout, Room
 from elastocal.viewer.subject import Subject
 

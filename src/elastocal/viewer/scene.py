@@ -12,17 +12,17 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.constraints import Clearance
+from elastocal.drawing.shape_solids import solid_of
+from elastocal.drawing.skeleton import skeletons
+from elastocal.drawing.solids import arrow, union
+from elastocal.drawing.surfaces import APERTURES, WALLS, Surface
+from elastocal.drawing.units import words
 from elastocal.errors import InputError
-from elastocal.instrument import LaserTracker
-from elastocal.report.skeleton import skeletons
-from elastocal.report.solids import arrow, union
-from elastocal.report.surfaces import APERTURES, WALLS, Surface
-from elastocal.report.units import words
-from elastocal.robot import Tool
+from elastocal.measuring.instrument import LaserTracker
+from elastocal.robot.chain import Tool
 from elastocal.viewer.figure import Figure, add_solid
 from elastocal.viewer.parts import colour, robot_parts
 from elastocal.viewer.readout import Bending, Room
-from elastocal.viewer.shape_solids import solid_of
 from elastocal.viewer.subject import Subject
 from elastocal.viewer.surroundings import (
     apertures,

@@ -11,12 +11,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen, unset
-from elastocal.compliance_model import ComplianceModel
-from elastocal.load_case import LoadCases
-from elastocal.loads import FixedVector, Load
-from elastocal.robot import Tool
-from elastocal.sensitivity import Sensitivity
-from elastocal.study import Study
+from elastocal.elastic.allowed_loads import FixedVector, Load
+from elastocal.elastic.compliance_model import ComplianceModel
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.planning.sensitivity import Sensitivity
+from elastocal.robot.chain import Tool
+from elastocal.study.study import Study
 
 KINDS = ("plan", "peak", "test", "middle")
 """What a stop is: of the plan, where measuring is worth most, a test pose, or neither."""

@@ -12,21 +12,21 @@ from itertools import pairwise
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.collision.chain import chain_length
 from elastocal.constraints import AcceptanceCone, Clearance
+from elastocal.constraints.collision.chain import chain_length
+from elastocal.drawing.shape_solids import capsule, solid_of
+from elastocal.drawing.skeleton import skeletons
+from elastocal.drawing.solids import Solid, circle, tube, union
+from elastocal.drawing.stage import Stage
+from elastocal.drawing.surfaces import Surface, aperture, wall
 from elastocal.errors import InputError
-from elastocal.instrument import LaserTracker
-from elastocal.posture import Posture
-from elastocal.report.skeleton import skeletons
-from elastocal.report.solids import Solid, circle, tube, union
-from elastocal.report.stage import Stage
-from elastocal.report.surfaces import Surface, aperture, wall
-from elastocal.robot import Tool
-from elastocal.shapes import Shape
+from elastocal.measuring.instrument import LaserTracker
+from elastocal.robot.chain import Tool
+from elastocal.robot.posture import Posture
+from elastocal.robot.shapes import Shape
 from elastocal.viewer.frames import rigid_frames
 from elastocal.viewer.parts import Part
 from elastocal.viewer.readout import Room
-from elastocal.viewer.shape_solids import capsule, solid_of
 from elastocal.viewer.subject import Stop, Subject
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from markupsafe import Markup
 
 from elastocal.arrays import Array
-from elastocal.report.svg import Scale, line, tag, text, tick_labels
+from elastocal.drawing.svg import Scale, line, tag, text, tick_labels
 
 _LETTER = 7.2  # width of a letter of an ordinary label [px]
 

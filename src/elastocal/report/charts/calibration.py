@@ -12,8 +12,8 @@ import numpy as np
 from markupsafe import Markup
 
 from elastocal.arrays import Array
+from elastocal.drawing.svg import Scale, drawing, line, tag, text
 from elastocal.report.charts.axes import axis_below, corners, cut, legend, legend_height, width_of
-from elastocal.report.svg import Scale, drawing, line, tag, text
 
 _LANE = 30.0
 _SIGNS = ("diamond", "square", "triangle")

@@ -9,8 +9,8 @@ import numpy as np
 from markupsafe import Markup
 
 from elastocal.arrays import Array
+from elastocal.drawing.svg import Scale, drawing, line, tag
 from elastocal.report.charts.axes import axis_below, axis_left, cut
-from elastocal.report.svg import Scale, drawing, line, tag
 
 _WIDTH, _HEIGHT = 400.0, 340.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 54.0, 388.0, 34.0, 288.0

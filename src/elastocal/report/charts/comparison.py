@@ -12,8 +12,8 @@ import numpy as np
 from markupsafe import Markup
 
 from elastocal.arrays import Array
-from elastocal.report.svg import Scale, drawing, line, tag, text, tick_labels
-from elastocal.report.units import length, length_unit, number
+from elastocal.drawing.svg import Scale, drawing, line, tag, text, tick_labels
+from elastocal.drawing.units import length, length_unit, number
 
 _HISTOGRAM, _LANE, _BINS = 84.0, 46.0, 34
 

@@ -11,9 +11,9 @@ import numpy as np
 from markupsafe import Markup
 
 from elastocal.arrays import Array
+from elastocal.drawing.svg import Scale, drawing, line, tag, text
+from elastocal.drawing.units import length_unit
 from elastocal.report.charts.axes import axis_left, legend, legend_height, names_below
-from elastocal.report.svg import Scale, drawing, line, tag, text
-from elastocal.report.units import length_unit
 
 _HEIGHT = 260.0
 _MOST = 200  # experiments drawn

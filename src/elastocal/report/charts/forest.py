@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from markupsafe import Markup
 
+from elastocal.drawing.svg import Scale, drawing, line, tag, text
 from elastocal.report.charts.axes import (
     axis_below,
     corners,
@@ -20,7 +21,6 @@ from elastocal.report.charts.axes import (
     legend_height,
     width_of,
 )
-from elastocal.report.svg import Scale, drawing, line, tag, text
 
 _LANE, _GAP = 30.0, 34.0
 _SIGNS = ("diamond", "square", "triangle")

@@ -11,8 +11,8 @@ import numpy as np
 from markupsafe import Markup
 
 from elastocal.arrays import Array
+from elastocal.drawing.svg import Scale, drawing, line, tag
 from elastocal.report.charts.axes import axis_below, axis_left, named_points
-from elastocal.report.svg import Scale, drawing, line, tag
 
 _WIDTH, _HEIGHT = 400.0, 330.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 48.0, 390.0, 34.0, 282.0

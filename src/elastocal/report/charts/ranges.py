@@ -8,10 +8,10 @@ from __future__ import annotations
 import numpy as np
 from markupsafe import Markup
 
-from elastocal.planning import Plan
-from elastocal.report.svg import Scale, drawing, line, tag, text
-from elastocal.report.units import fixed
-from elastocal.robot import Joint
+from elastocal.drawing.svg import Scale, drawing, line, tag, text
+from elastocal.drawing.units import fixed
+from elastocal.planning.plan import Plan
+from elastocal.robot.chain import Joint
 
 _RADIUS = 8.5
 

@@ -11,18 +11,18 @@ from typing import Any
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.compensation import Compensation
-from elastocal.load_case import LoadCases
+from elastocal.compensation.compensate import Compensation
+from elastocal.drawing.picture import portrait
+from elastocal.drawing.stage import boxed, posed
+from elastocal.drawing.units import length, plain
+from elastocal.elastic.load_cases import LoadCases
 from elastocal.report.charts.lines import Line, error_chart, joint_chart
 from elastocal.report.contents import Contents
 from elastocal.report.layout import two_widths
 from elastocal.report.path_picture import magnification, path_picture
-from elastocal.report.picture import portrait
 from elastocal.report.scene import path_scene
 from elastocal.report.section import Part, Section
-from elastocal.report.stage import boxed, posed
 from elastocal.report.tables import Row, Table
-from elastocal.report.units import length, plain
 from elastocal.report.verdict import counted
 
 _NOTHING = 1e-9  # an error that is not worth a line [m]

@@ -9,7 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from elastocal.identification import Identification
+from elastocal.drawing.picture import portrait
+from elastocal.drawing.units import length, number, percent, plain
+from elastocal.drawing.units import sure as sure_of
+from elastocal.identification.identify import Identification
 from elastocal.report.charts.correlation import combinations_chart, correlation_chart
 from elastocal.report.charts.forest import close_up, forest_chart
 from elastocal.report.charts.leverage import leverage_chart
@@ -18,12 +21,9 @@ from elastocal.report.charts.strips import Strips, strips_chart
 from elastocal.report.contents import Contents
 from elastocal.report.intervals import Family, families
 from elastocal.report.layout import two_widths
-from elastocal.report.picture import portrait
 from elastocal.report.residual_figures import residual_figures
 from elastocal.report.scene import vector_scene
 from elastocal.report.section import Part, Section
-from elastocal.report.units import length, number, percent, plain
-from elastocal.report.units import sure as sure_of
 from elastocal.report.verdict import Tile, counted
 
 _FEWEST = 8  # residual coordinates that a quantile plot needs

@@ -13,9 +13,12 @@ import numpy as np
 from markupsafe import Markup
 
 from elastocal.arrays import Array
-from elastocal.assessment import Assessment
-from elastocal.comparison import TradeOff
-from elastocal.planning import Plan
+from elastocal.drawing.picture import group, portrait
+from elastocal.drawing.stage import Figure, Stage, stage
+from elastocal.drawing.units import number
+from elastocal.planning.assessment import Assessment
+from elastocal.planning.plan import Plan
+from elastocal.planning.trade_off import TradeOff
 from elastocal.report import captions, tables
 from elastocal.report.charts.comparison import comparison_chart
 from elastocal.report.charts.curve import curve_chart
@@ -23,12 +26,9 @@ from elastocal.report.charts.hours import hours_chart
 from elastocal.report.charts.ranges import range_chart
 from elastocal.report.contents import Contents
 from elastocal.report.layout import two_widths
-from elastocal.report.picture import group, portrait
 from elastocal.report.run_sheet import run_sheet, tool_points, way_home
 from elastocal.report.scene import scene
 from elastocal.report.section import Part, Section
-from elastocal.report.stage import Figure, Stage, stage
-from elastocal.report.units import number
 from elastocal.report.verdict import bound_of, verdict
 
 

@@ -6,10 +6,10 @@ In: contents. Out: the section.
 from __future__ import annotations
 
 from elastocal import __version__
-from elastocal.measurement import Measurements
+from elastocal.measuring.measurements import Measurements
 from elastocal.report.contents import Contents
 from elastocal.report.section import Section
-from elastocal.robot import Robot
+from elastocal.robot.chain import Robot
 
 
 def provenance(contents: Contents) -> Section:

@@ -10,10 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastocal.compensation import Compensation
-from elastocal.identification import Identification
-from elastocal.monte_carlo import MonteCarlo
-from elastocal.planning import Plan
+from elastocal.compensation.compensate import Compensation
+from elastocal.drawing.units import length, number, percent, sure
+from elastocal.identification.identify import Identification
+from elastocal.identification.validation import Validation, summary
+from elastocal.planning.plan import Plan
 from elastocal.report.contents import Contents
 from elastocal.report.section import Section
 from elastocal.report.sections.compensation import (
@@ -26,9 +27,8 @@ from elastocal.report.sections.identification import promised
 from elastocal.report.sections.monte_carlo import monte_carlo_remarks
 from elastocal.report.sections.provenance import robot_of
 from elastocal.report.sections.validation import origin, removed, validation_remarks
-from elastocal.report.units import length, number, percent, sure
 from elastocal.report.verdict import counted
-from elastocal.validation import Validation, summary
+from elastocal.simulation.monte_carlo import MonteCarlo
 
 _NEXT = {
     "Planned": "no plan in this report",

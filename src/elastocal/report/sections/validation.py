@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
+from elastocal.drawing.units import length, number, percent, sure
+from elastocal.identification.validation import Validation, summary
 from elastocal.report.charts.dumbbells import dumbbell_chart
 from elastocal.report.charts.strips import Strips, strips_chart
 from elastocal.report.contents import Contents
 from elastocal.report.layout import two_widths
 from elastocal.report.section import Part, Section
 from elastocal.report.tables import Row, Table
-from elastocal.report.units import length, number, percent, sure
 from elastocal.report.verdict import counted
-from elastocal.validation import Validation, summary
 
 
 def validation_part(contents: Contents) -> Part | None:

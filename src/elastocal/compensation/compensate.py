@@ -1,0 +1,255 @@
+"""Compensation: joint values at which the loaded arm has its tool where the task wants it.
+
+In: elastic arm, compliance model, load cases of the task. Out: corrected configurations, and what
+the model expects to remain with what uncertainty. The target of a load case is where the tool is
+at its configuration q0 without the process load; the weight of the links, if known, is there with
+and without.
+
+    linear:      q = q0 - J0⁺ A(q0, w) k                                     (paper eq. 15)
+    nonlinear:   tool(bent) = target,  bent = q + θ,  θ = k ∘ y(bent)        (paper eq. 14, exact)
+
+The nonlinear rule looks for the *bent* arm: where the springs are all in actuated joints it is
+the arm at q0, and q = q0 - k ∘ y(q0, w) needs neither Jacobian nor iteration. Springs in links
+and base move the tool besides; then the bent joints are searched by Newton steps.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from elastocal.arrays import Array, BoolArray, IntArray, frozen
+from elastocal.compensation.doubts import notes, remarks
+from elastocal.compensation.loaded_inverse_kinematics import (
+    Bent,
+    bent_arm,
+    stable,
+    task_rows,
+    tcp_poses,
+)
+from elastocal.elastic.arm import ElasticArm
+from elastocal.elastic.compliance_model import ComplianceModel
+from elastocal.elastic.equilibrium import equilibrium, linearise
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.elastic.regressor import deflection, regressor, subset
+from elastocal.errors import InputError
+from elastocal.robot.chain import Tool
+from elastocal.robot.damped_steps import damped_steps
+from elastocal.robot.posture import jacobian
+
+_SAME_PLACE = 1e-9  # how far the re-simulated tool may be from where the search left it [m]
+
+
+@dataclass(frozen=True)
+class Compensation:
+    """N corrected configurations of a task.
+
+    Attributes:
+        arm: Elastic arm with the tool of the task.
+        model: Compliances that were compensated.
+        cases: The N load cases of the task, as wanted.
+        rule: "nonlinear" or "linear".
+        q: (N, n) corrected configurations [rad or m]; NaN where there is none.
+        target: (N, 4, 4) pose of the TCP without process load: what the task wants [m].
+        command: (N, 4, 4) pose of the TCP that a controller must be given, if it takes poses: the
+            rigid arm at the corrected configuration [m].
+        before: (N, 3) deflection of the TCP without compensation, by the model [m].
+        after: (N, 3) what remains with it, by the nonlinear equilibrium of the model [m].
+        covariance: (N, 3, 3) of the remaining error, caused by the covariance of the model [m²].
+        converged: (N,) whether a stable equilibrium was found at the corrected configuration and
+            the search for it came to rest, at the target or, where damped, as near as it gets.
+        iterations: (N,) steps of the search.
+        damped: (N,) whether the arm is nearly singular there, so that some error may remain.
+        remarks: N sentences, empty where all is well.
+        notes: Sentences on all of them.
+    """
+
+    arm: ElasticArm
+    model: ComplianceModel
+    cases: LoadCases
+    rule: str
+    q: Array
+    target: Array
+    command: Array
+    before: Array
+    after: Array
+    covariance: Array
+    converged: BoolArray
+    iterations: IntArray
+    damped: BoolArray
+    remarks: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.cases)
+
+    @property
+    def rho0(self) -> Array:
+        """(N,) root mean square of the remaining error caused by the uncertain model [m].
+
+        Source: paper eq. (17), (20) with every load case as its own test pose.
+        """
+        return np.sqrt(np.maximum(np.trace(self.covariance, axis1=1, axis2=2), 0.0))
+
+    @property
+    def beyond_limits(self) -> BoolArray:
+        """(N, n) corrected joint values that the robot's limits do not allow."""
+        robot = self.arm.robot
+        return np.asarray((self.q < robot.lower) | (self.q > robot.upper))
+
+
+def compensate(arm: ElasticArm, model: ComplianceModel, cases: LoadCases) -> Compensation:
+    """Corrected configurations by the nonlinear equilibrium: exact for any size of deflection.
+
+    Robots with six joints or more restore position and orientation of the tool, robots with fewer
+    its position. Of many solutions the one is taken whose loaded joints are nearest to q0.
+
+    Args:
+        arm: Elastic arm with the springs of the model and the tool of the task: the wrench acts at
+            its load point, its TCP is judged.
+        model: p compliances with their covariance.
+        cases: N load cases of the task.
+
+    Raises:
+        InputError: arm and model have different springs.
+
+    Source: paper eq. (14); the split into joint springs and others is ours.
+    """
+    idle = _idle(arm, model, cases.q)
+    target = tcp_poses(arm, cases.q, idle)
+    own = arm.springs.joint >= 0
+    others = [name for name, is_own in zip(arm.springs.names, own, strict=True) if not is_own]
+    frame = ElasticArm(arm.robot, subset(arm.springs, others), arm.tool, arm.gravity)
+    bent = cases.q.copy()
+    bent[:, arm.springs.joint[own]] += np.nan_to_num(idle[:, own])
+    found = bent_arm(frame, model.compliance[~own], LoadCases(bent, cases.wrench), target)
+    displacement = np.zeros((len(cases), len(arm.springs)))
+    displacement[:, ~own] = found.displacement
+    effort = _efforts(arm, found.bent, cases.wrench, displacement)
+    q = found.bent.copy()
+    q[:, arm.springs.joint[own]] -= (model.compliance * effort)[:, own]
+    return _judged(arm, model, cases, "nonlinear", q, target, found)
+
+
+def compensate_linearly(arm: ElasticArm, model: ComplianceModel, cases: LoadCases) -> Compensation:
+    """Corrected configurations by the linear rule q = q0 - J0⁻¹ K_C⁻¹ W.
+
+    Arguments, robots with few or many joints, and what is raised: as for `compensate`. What
+    remains is judged by the nonlinear equilibrium.
+
+    Source: paper eq. (15), with K_C⁻¹ W = A(q0, w) k and the pseudo-inverse of J0.
+    """
+    target = tcp_poses(arm, cases.q, _idle(arm, model, cases.q))
+    shift = deflection(arm.robot, arm.springs, model.compliance, _judging(arm.tool), cases)
+    rows = task_rows(arm)
+    columns = jacobian(arm.robot, cases.q, arm.tool.tcp)[:, :rows]
+    steps = damped_steps(columns, -shift[:, :rows], arm.robot.prismatic)
+    count = len(cases)
+    found = Bent(
+        cases.q,
+        np.zeros((count, 0)),
+        np.ones(count, dtype=bool),
+        np.ones(count, dtype=np.int64),
+        steps.damped,
+        steps.lost,
+    )
+    return _judged(arm, model, cases, "linear", cases.q + steps.step, target, found)
+
+
+def residual(arm: ElasticArm, truth: ComplianceModel, compensation: Compensation) -> Array:
+    """(N, 3) error of the TCP that remains if the arm is in truth as `truth` says [m].
+
+    Judged by the nonlinear equilibrium of the true arm at the corrected configurations, against
+    where its tool is without process load in the wanted ones. NaN where there is no correction
+    or no equilibrium.
+
+    Args:
+        arm: The true arm, which may have other springs than the model.
+        truth: Its compliances.
+        compensation: What was corrected, by whatever model.
+
+    Raises:
+        InputError: arm and truth have different springs.
+    """
+    wanted = tcp_poses(arm, compensation.cases.q, _idle(arm, truth, compensation.cases.q))
+    reached = np.full((len(compensation), 3), np.nan)
+    there = np.isfinite(compensation.q).all(axis=1)
+    cases = LoadCases(compensation.q[there], compensation.cases.wrench[there])
+    rest = equilibrium(arm, truth.compliance, cases)
+    reached[there] = tcp_poses(arm, cases.q, stable(rest))[:, :3, 3]
+    return np.asarray(reached - wanted[:, :3, 3])
+
+
+def _judged(
+    arm: ElasticArm,
+    model: ComplianceModel,
+    cases: LoadCases,
+    rule: str,
+    q: Array,
+    target: Array,
+    found: Bent,
+) -> Compensation:
+    """The corrected configurations with everything that is said of them."""
+    finite = np.where(np.isfinite(q), q, cases.q)
+    rest = equilibrium(arm, model.compliance, LoadCases(finite, cases.wrench))
+    reached = tcp_poses(arm, finite, stable(rest))
+    after = reached[:, :3, 3] - target[:, :3, 3]
+    good = np.asarray((np.isfinite(after) & np.isfinite(q).all(axis=1, keepdims=True)).all(axis=1))
+    converged = good & found.at_rest
+    if rule == "nonlinear":
+        # Another equilibrium than the one looked for is no solution.
+        there = np.linalg.norm(np.nan_to_num(after), axis=1) < _SAME_PLACE
+        converged &= there | found.damped
+    q, after = q.copy(), after.copy()
+    q[~converged], after[~converged] = np.nan, np.nan
+    loaded = tcp_poses(arm, cases.q, stable(equilibrium(arm, model.compliance, cases)))
+    rows = regressor(arm.robot, arm.springs, _judging(arm.tool), cases)
+    command = np.full_like(target, np.nan)
+    command[converged] = tcp_poses(_rigid(arm), q[converged], np.zeros((int(converged.sum()), 0)))
+    return Compensation(
+        arm=arm,
+        model=model,
+        cases=cases,
+        rule=rule,
+        q=frozen(q),
+        target=frozen(target),
+        command=frozen(command),
+        before=frozen(loaded[:, :3, 3] - target[:, :3, 3]),
+        after=frozen(after),
+        covariance=frozen(rows @ model.covariance @ rows.transpose(0, 2, 1)),
+        converged=frozen(converged, np.bool_),
+        iterations=frozen(found.iterations, np.int64),
+        damped=frozen(found.damped, np.bool_),
+        remarks=remarks(arm.robot, q, after, good, found.at_rest, found.damped, found.lost),
+        notes=notes(arm, model.compliance, cases, task_rows(arm)),
+    )
+
+
+def _judging(tool: Tool) -> Tool:
+    """The tool with its TCP as the one marker."""
+    return replace(tool, markers=np.array([tool.tcp]), marker_names=("TCP",))
+
+
+def _rigid(arm: ElasticArm) -> ElasticArm:
+    """The arm without springs."""
+    return ElasticArm(arm.robot, subset(arm.springs, ()), arm.tool)
+
+
+def _idle(arm: ElasticArm, model: ComplianceModel, q: Array) -> Array:
+    """(N, p) displacements under the weight of the links alone."""
+    if arm.springs.names != model.names:
+        raise InputError(
+            f"the arm has springs {', '.join(arm.springs.names) or 'nowhere'}, the model has "
+            f"compliances of {', '.join(model.names) or 'nothing'}"
+        )
+    if not arm.sags:
+        return np.zeros((len(q), len(arm.springs)))
+    return stable(equilibrium(arm, model.compliance, LoadCases(q, np.zeros((len(q), 6)))))
+
+
+def _efforts(arm: ElasticArm, q: Array, wrench: Array, displacement: Array) -> Array:
+    """(N, p) generalised forces on the springs of the bent arm [N·m or N]."""
+    # At zero compliance the derivative of the equilibrium in the compliances is diag(effort).
+    slope = linearise(arm, np.zeros(len(arm.springs)), q, wrench, displacement).slope
+    return np.diagonal(slope, axis1=1, axis2=2)

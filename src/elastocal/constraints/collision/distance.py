@@ -1,0 +1,245 @@
+"""Which of many pairs of solids is nearest, for a batch of postures.
+
+Three sieves, each for all postures at once but the last: balls around the solids, capsules and
+boxes around them, and, where those are not the solids themselves, coal pair by pair. What is
+farther than the horizon is not measured.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from elastocal.arrays import Array, BoolArray, IntArray, frozen
+from elastocal.constraints.collision.coal_distance import PairDistance, Placements
+from elastocal.constraints.collision.segments import between_segments, segment_and_box
+from elastocal.constraints.collision.solid import Solid
+from elastocal.constraints.collision.support import largest
+from elastocal.robot.posture import Posture
+
+
+class Nearest(NamedTuple):
+    """The nearest pair of each of N postures."""
+
+    value: Array  # (N,) signed distance less its slack [m], at most the horizon
+    pair: IntArray  # (N,) which pair, -1 where all are beyond the horizon
+    distance: Array  # (N,) signed distance of that pair; the horizon where there is none
+    first: Array  # (3, N) nearest point of its first solid, fixed to that solid's body
+    second: Array  # (3, N) of its second
+    normal: Array  # (3, N) unit vector along which the first one gets away; 0 if there is none
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Pairs of solids that must not touch; the first of a pair moves, in a box is only a second.
+
+    Attributes:
+        solids: The S solids.
+        index: (P, 2) which two of them.
+    """
+
+    solids: tuple[Solid, ...]
+    index: tuple[tuple[int, int], ...]
+    _coal: dict[int, PairDistance] = field(default_factory=dict, repr=False, compare=False)
+
+    @cached_property
+    def first(self) -> IntArray:
+        """(P,) the first of each pair."""
+        return frozen([i for i, _ in self.index], np.int64)
+
+    @cached_property
+    def second(self) -> IntArray:
+        """(P,) the second of each pair."""
+        return frozen([j for _, j in self.index], np.int64)
+
+    @cached_property
+    def radius(self) -> Array:
+        """(S,) radii of the capsules [m]."""
+        return frozen([solid.radius for solid in self.solids])
+
+    @cached_property
+    def ball(self) -> Array:
+        """(S,) radii of balls around the capsules [m]."""
+        lengths = [np.linalg.norm(solid.segment[1] - solid.segment[0]) for solid in self.solids]
+        return frozen(self.radius + 0.5 * np.array(lengths).reshape(self.radius.shape))
+
+    @cached_property
+    def exact(self) -> BoolArray:
+        """(S,) whether capsule or box is the solid itself."""
+        return frozen([solid.exact for solid in self.solids], np.bool_)
+
+    @cached_property
+    def groups(self) -> list[tuple[IntArray, Solid | None]]:
+        """Pairs of two segments, then pairs with each box: (their numbers, the box)."""
+        boxed = [s if self.solids[s].boxed else -1 for s in self.second.tolist()]
+        kinds = sorted(set(boxed))
+        return [
+            (np.flatnonzero(np.array(boxed) == kind), self.solids[kind] if kind >= 0 else None)
+            for kind in kinds
+        ]
+
+    def __len__(self) -> int:
+        return len(self.index)
+
+    def of(self, pair: int) -> tuple[Solid, Solid]:
+        """The two solids of a pair."""
+        first, second = self.index[pair]
+        return self.solids[first], self.solids[second]
+
+    def coal(self, pair: int) -> PairDistance:
+        """The distance of a pair that has no closed form."""
+        if pair not in self._coal:
+            self._coal[pair] = PairDistance(*self.of(pair))
+        return self._coal[pair]
+
+
+def nearest(pairs: Pairs, posture: Posture, horizon: float, slack: Array | float = 0.0) -> Nearest:
+    """The nearest pair of every posture.
+
+    Args:
+        pairs: P pairs.
+        posture: N postures.
+        horizon: Distances beyond this are not measured but said to be this [m]; may be infinite.
+        slack: (P, N) what to take off each distance before they are compared [m].
+
+    Source: ours.
+    """
+    count = posture.count
+    found = _Entries(pairs, posture, horizon, np.broadcast_to(slack, (len(pairs), count)))
+    value = np.full((len(pairs), count), horizon)
+    exact = found.exact
+    value[found.pair[exact], found.case[exact]] = found.value[exact]
+    if not exact.all():
+        _measure(found, pairs, posture, value)
+    if not len(pairs):
+        return _nothing(count, horizon)
+    best = value.argmin(axis=0)
+    least = value[best, np.arange(count)]
+    entry = np.full((len(pairs), count), -1)
+    entry[found.pair, found.case] = np.arange(len(found.pair))
+    chosen = np.where(least < horizon, entry[best, np.arange(count)], -1)
+    seen = chosen >= 0
+    result = _nothing(count, horizon)
+    k = chosen[seen]
+    result.value[:] = least
+    result.pair[seen] = best[seen]
+    result.distance[seen] = found.distance[k]
+    result.first[:, seen], result.second[:, seen] = found.first[:, k], found.second[:, k]
+    result.normal[:, seen] = found.normal[:, k]
+    return result
+
+
+def _nothing(count: int, horizon: float) -> Nearest:
+    return Nearest(
+        np.full(count, horizon),
+        np.full(count, -1, dtype=np.int64),
+        np.full(count, horizon),
+        np.zeros((3, count)),
+        np.zeros((3, count)),
+        np.zeros((3, count)),
+    )
+
+
+class _Entries:
+    """Pairs at postures that the balls leave, measured by capsules and boxes: K of them."""
+
+    def __init__(self, pairs: Pairs, posture: Posture, horizon: float, slack: Array) -> None:
+        self.pairs = pairs
+        ends = [
+            posture.point(solid.segment[e], solid.body) for solid in pairs.solids for e in (0, 1)
+        ]
+        self.ends: Array = np.array(ends).reshape(len(pairs.solids), 2, 3, posture.count)
+        near = self._ball_gaps() - slack < horizon
+        self.pair, self.case = np.nonzero(near)
+        total = len(self.pair)
+        self.distance = np.zeros(total)
+        self.first, self.second = np.zeros((3, total)), np.zeros((3, total))
+        self.normal = np.zeros((3, total))
+        self.exact = np.zeros(total, dtype=bool)
+        if total:
+            self._measure_all()
+        self.value = self.distance - slack[self.pair, self.case]
+
+    def _ball_gaps(self) -> Array:
+        """(P, N) lower bounds of the distances: balls around the first, balls or boxes second."""
+        p = self.pairs
+        middle = 0.5 * (self.ends[:, 0] + self.ends[:, 1])
+        gaps = np.empty((len(p), middle.shape[2]))
+        for chosen, box in p.groups:
+            if box is None:
+                apart = middle[p.first[chosen]] - middle[p.second[chosen]]
+                gap = np.sqrt((apart**2).sum(axis=1))
+                gap -= p.ball[p.second[chosen], None]
+            else:
+                rotation, centre = box.box_pose[:3, :3], box.box_pose[:3, 3:]
+                off = np.abs(rotation.T @ (middle[p.first[chosen]] - centre)) - box.half[:, None]
+                gap = np.sqrt((np.maximum(off, 0.0) ** 2).sum(axis=1))
+                # Inside, the nearest face is what the ball says something of.
+                gap += np.minimum(off.max(axis=1), 0.0)
+            gaps[chosen] = gap - p.ball[p.first[chosen], None]
+        return gaps
+
+    def _measure_all(self) -> None:
+        """Distances of segments from each other in one go, from boxes box by box."""
+        p = self.pairs
+        for chosen, box in p.groups:
+            k = np.flatnonzero(np.isin(self.pair, chosen)) if len(p.groups) > 1 else slice(None)
+            pair, case = self.pair[k], self.case[k]
+            if not len(pair):
+                continue
+            i, j = p.first[pair], p.second[pair]
+            a, b = self.ends[i, 0, :, case].T, self.ends[i, 1, :, case].T
+            outer = 0.0 if box else p.radius[j]
+            if box is None:
+                c, d = self.ends[j, 0, :, case].T, self.ends[j, 1, :, case].T
+                found = between_segments(a, b, c, d)
+            else:
+                pose = box.box_pose
+                found = segment_and_box(a, b, pose[:3, :3], pose[:3, 3], box.half)
+            self.exact[k] = p.exact[i] & p.exact[j]
+            self.distance[k] = found.distance - p.radius[i] - outer
+            self.first[:, k] = found.first - p.radius[i] * found.normal
+            self.second[:, k] = found.second + outer * found.normal
+            self.normal[:, k] = found.normal
+
+
+def _measure(found: _Entries, pairs: Pairs, posture: Posture, value: Array) -> None:
+    """Measure with coal what may still be the nearest of its posture; bounds rise, never fall."""
+    best = value.min(axis=0)
+    open_ = np.flatnonzero(~found.exact & (found.value < best[found.case]))
+    _sharpen(found, open_, pairs, posture)
+    places = Placements(posture)
+    # First the most promising pair of every posture, then what that leaves open.
+    open_ = open_[np.argsort(found.value[open_], kind="stable")]
+    _, front = np.unique(found.case[open_], return_index=True)
+    for k in (open_[front], np.delete(open_, front)):
+        k = k[found.value[k] < best[found.case[k]]]
+        for pair in np.unique(found.pair[k]).tolist():
+            here = k[found.pair[k] == pair]
+            here = here[found.value[here] < best[found.case[here]]]
+            if not len(here):
+                continue
+            case = found.case[here]
+            distance, *points = pairs.coal(pair)(places, case)
+            exact = distance + found.value[here] - found.distance[here]  # less the slack
+            found.distance[here], found.value[here] = distance, exact
+            found.first[:, here], found.second[:, here], found.normal[:, here] = points
+            value[pair, case] = np.minimum(value[pair, case], exact)
+            best[case] = np.minimum(best[case], exact)
+
+
+def _sharpen(found: _Entries, open_: IntArray, pairs: Pairs, posture: Posture) -> None:
+    """Raise bounds by the support functions of the solids, along the direction that is known."""
+    case, normal = found.case[open_], found.normal[:, open_]
+    apart = np.zeros(len(open_))
+    for sign, index in ((-1.0, pairs.first), (1.0, pairs.second)):
+        which = index[found.pair[open_]]
+        for solid in np.unique(which).tolist():
+            k = which == solid
+            apart[k] -= largest(posture, pairs.solids[solid], case[k], sign * normal[:, k])
+    gain = np.maximum(apart - found.distance[open_], 0.0)
+    found.distance[open_] += gain
+    found.value[open_] += gain

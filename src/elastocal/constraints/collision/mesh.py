@@ -1,0 +1,177 @@
+"""Meshes for collision: the convex hulls of their connected parts.
+
+A mesh file comes from anywhere. It is read with a limit on its size, in three formats, from the
+one path that was named; what it holds is checked before anything is computed from it.
+"""
+
+from __future__ import annotations
+
+import io
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from elastocal.arrays import Array, IntArray, frozen
+from elastocal.errors import InputError
+from elastocal.robot.shapes import Shape
+
+FORMATS = (".stl", ".obj", ".ply")
+LARGEST = 32 * 1024 * 1024
+"""Bytes of a mesh file that are read at most."""
+LARGEST_SIZE = 100.0
+"""A mesh larger than this [m] is taken for one in millimetres read as metres."""
+SMALLEST_SIZE = 1e-3
+"""A mesh smaller than this [m] is taken for one in metres read as millimetres."""
+_PARTS = 200
+
+
+def hulls(shape: Shape) -> list[Array]:
+    """(V, 3) corners [m] of the hull of every connected part of a mesh, in the mesh's frame.
+
+    Raises:
+        InputError: no file, too large, not a mesh, not finite, or of a size that no part of a cell
+            has.
+    """
+    if shape.mesh is None:
+        raise InputError(
+            f"the mesh {shape.source or shape.name!r} of {shape.name!r} was not found; collision "
+            "needs it"
+        )
+    return list(_hulls(shape.mesh, tuple(float(factor) for factor in shape.size)))
+
+
+def triangles(shape: Shape) -> tuple[Array, IntArray]:
+    """Vertices (V, 3) [m] in the mesh's frame, and triangles (F, 3), to draw a mesh with.
+
+    Raises:
+        InputError: no file, too large, not a mesh, or not finite.
+    """
+    if shape.mesh is None:
+        raise InputError(f"the mesh {shape.source or shape.name!r} of {shape.name!r} was not found")
+    vertices, faces = _read(shape.mesh)
+    return np.asarray(vertices * shape.size), faces
+
+
+@lru_cache(maxsize=256)
+def _hulls(path: Path, scale: tuple[float, ...]) -> tuple[Array, ...]:
+    vertices, faces = _read(path)
+    vertices = vertices * np.array(scale)
+    size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    if size > LARGEST_SIZE:
+        raise InputError(
+            f"{path}: the mesh is {size:.4g} m across; is it in millimetres, and its unit or scale "
+            "not said?"
+        )
+    if size < SMALLEST_SIZE:
+        raise InputError(
+            f"{path}: the mesh is {1e3 * size:.4g} mm across; is it in metres, and its unit or "
+            "scale wrong?"
+        )
+    parts = _connected(vertices, faces)
+    if len(parts) > _PARTS:
+        raise InputError(
+            f"{path}: the mesh has {len(parts)} separate parts, more than {_PARTS}; simplify it"
+        )
+    return tuple(frozen(corners) for corners in _outermost([convex_hull(part) for part in parts]))
+
+
+def _read(path: Path) -> tuple[Array, IntArray]:
+    """Vertices (V, 3) and triangles (F, 3) as they are in the file."""
+    if path.suffix.lower() not in FORMATS:
+        raise InputError(
+            f"{path}: mesh format {path.suffix or 'without ending'!r} is not read; expected one of "
+            f"{', '.join(FORMATS)}"
+        )
+    data = _bytes(path)
+    try:
+        import trimesh
+    except ImportError:
+        raise InputError(
+            "meshes need the package trimesh: pip install 'elastocal[collision]'"
+        ) from None
+    try:
+        # No resolver: the file cannot make the reader open others, such as materials.
+        mesh: Any = trimesh.load(
+            io.BytesIO(data), file_type=path.suffix[1:].lower(), process=False, force="mesh"
+        )
+        vertices: Array = np.array(mesh.vertices, dtype=np.float64).reshape(-1, 3)
+        faces: IntArray = np.array(mesh.faces, dtype=np.int64).reshape(-1, 3)
+    except Exception as error:  # whatever a hostile file makes of a parser
+        reason = str(error).splitlines()[0][:80] if str(error) else type(error).__name__
+        raise InputError(f"{path}: not a readable {path.suffix[1:]} mesh: {reason}") from None
+    if not len(faces) or not len(vertices):
+        raise InputError(f"{path}: the mesh has no triangles")
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        raise InputError(f"{path}: a triangle of the mesh names a vertex that is not there")
+    if not np.isfinite(vertices).all():
+        raise InputError(f"{path}: the mesh has vertices that are not finite numbers")
+    return vertices, faces
+
+
+def _bytes(path: Path) -> bytes:
+    try:
+        if not path.is_file():
+            raise InputError(f"{path}: no such mesh file")
+        size = path.stat().st_size
+        if size > LARGEST:
+            raise InputError(
+                f"{path}: {size} bytes, more than the {LARGEST} that are read; simplify the mesh"
+            )
+        return path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+
+
+def _connected(vertices: Array, faces: IntArray) -> list[Array]:
+    """Vertices of every connected part; vertices at the same place are one."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    unit = 1e-6 * max(float(np.ptp(vertices, axis=0).max()), 1e-12)
+    places, index = np.unique(np.round(vertices / unit), axis=0, return_inverse=True)
+    faces = np.reshape(index, -1)[faces]
+    points = np.zeros((len(places), 3))
+    points[np.reshape(index, -1)] = vertices
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]]])
+    graph = coo_matrix((np.ones(len(edges)), edges.T), (len(points), len(points)))
+    _, label = connected_components(graph, directed=False)
+    used = np.unique(faces)
+    order = used[np.argsort(label[used], kind="stable")]
+    cuts = np.flatnonzero(np.diff(label[order])) + 1
+    return np.split(points[order], cuts)
+
+
+def convex_hull(points: Array) -> Array:
+    """(K, 3) corners of the hull of points (V, 3); of a flat part those of a box around it."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        return np.asarray(points[ConvexHull(points).vertices])
+    except (QhullError, ValueError):
+        low, high = points.min(axis=0) - _THIN, points.max(axis=0) + _THIN
+        corners = np.indices((2, 2, 2)).reshape(3, 8).T
+        return np.where(corners == 1, high, low)
+
+
+def _outermost(parts: list[Array]) -> list[Array]:
+    """The parts that are not inside the hull of a larger one, as screws and fillings are."""
+    from scipy.spatial import ConvexHull
+
+    solids = sorted((ConvexHull(part) for part in parts), key=lambda hull: -hull.volume)
+    kept: list[ConvexHull] = []
+    for solid in solids:
+        corners = solid.points[solid.vertices]
+        if not any((_over(hull, corners) < _FLUSH).all() for hull in kept):
+            kept.append(solid)
+    return [hull.points[hull.vertices] for hull in kept]
+
+
+def _over(hull: Any, points: Array) -> Array:
+    """(V,) how far points lie over the planes of a hull [m]; none inside."""
+    return np.asarray((points @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=1))
+
+
+_FLUSH = 1e-3  # what stands out less than this [m] does not count as a part of its own
+_THIN = 5e-4  # half the thickness [m] that a sheet without any is given

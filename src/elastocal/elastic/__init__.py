@@ -1,0 +1,1 @@
+"""How the arm bends: springs, the linear regressor, the exact equilibrium."""

@@ -1,0 +1,94 @@
+"""Elastic arm: a robot that bends, as one value: springs, tool, gravity.
+
+In: robot, virtual joints. Out: the same arm as a chain in which every spring is a joint, so that
+one kinematics serves the rigid arm and the bent one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from elastocal.arrays import Array, IntArray, frozen
+from elastocal.elastic.regressor import VirtualJoints
+from elastocal.robot.chain import Joint, Robot, T_body_joint, Tool, transform
+from elastocal.robot.shapes import BodyMass
+
+
+@dataclass(frozen=True)
+class ElasticArm:
+    """A robot with p springs and a tool.
+
+    Attributes:
+        robot: The robot.
+        springs: Its p springs; joints without a spring are rigid.
+        tool: Tool with load point and K markers.
+        gravity: (3,) acceleration in the base frame [m/s²]; zero: the weight of the links is
+            left out. It counts only for a robot whose masses are known.
+        chain: The robot with a joint for every spring; made here.
+        actuated: (n,) joints of the chain that are the robot's; made here.
+        sprung: (p,) joints of the chain that carry the springs; made here.
+    """
+
+    robot: Robot
+    springs: VirtualJoints
+    tool: Tool
+    gravity: Array = field(default_factory=lambda: np.zeros(3))
+    chain: Robot = field(init=False, repr=False)
+    actuated: IntArray = field(init=False, repr=False)
+    sprung: IntArray = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "gravity", frozen(np.reshape(self.gravity, 3)))
+        chain, actuated, sprung = _chain(self.robot, self.springs)
+        object.__setattr__(self, "chain", chain)
+        object.__setattr__(self, "actuated", frozen(actuated, np.int64))
+        object.__setattr__(self, "sprung", frozen(sprung, np.int64))
+
+    @property
+    def sags(self) -> bool:
+        """Whether the weight of the links bends the arm without any other load."""
+        return bool(self.gravity.any() and any(body.mass for body in self.robot.masses))
+
+    def bent(self, q: Array, displacement: Array) -> Array:
+        """(N, c) joint values of the chain for configurations (N, n) and springs (N, p)."""
+        joints = np.zeros((len(q), len(self.chain.joints)))
+        joints[:, self.actuated] = q
+        joints[:, self.sprung] += displacement
+        return joints
+
+
+def _chain(robot: Robot, springs: VirtualJoints) -> tuple[Robot, list[int], list[int]]:
+    """The robot with a further joint for every spring that is not in a joint."""
+    extra = np.flatnonzero(springs.joint < 0)
+    n = len(robot.joints)
+    if not len(extra):
+        return robot, list(range(n)), [int(j) for j in springs.joint]
+    joints: list[Joint] = []
+    actuated: list[int] = []
+    sprung = np.zeros(len(springs), dtype=np.int64)
+    undo: Array = np.eye(4, dtype=float)  # from the frame of the body to the joint inserted last
+    for body in range(n + 1):
+        # Springs are given in the body's own frame, joints in the frame of the file.
+        own = np.linalg.inv(T_body_joint(robot, body))
+        for s in extra[springs.body[extra] == body]:
+            place = own @ transform(None, springs.origin[s])
+            axis = springs.axis[s]
+            name = f"spring {springs.names[s]}"
+            joints.append(Joint(name, undo @ place, axis, bool(springs.prismatic[s])))
+            sprung[s] = len(joints) - 1
+            undo = np.asarray(np.linalg.inv(place), dtype=float)
+        if body < n:
+            joint = robot.joints[body]
+            actuated.append(len(joints))
+            joints.append(replace(joint, T_parent_joint=undo @ joint.T_parent_joint))
+            undo = np.eye(4)
+    in_joint = springs.joint >= 0
+    sprung[in_joint] = np.array(actuated)[springs.joint[in_joint]]
+    masses = tuple(
+        BodyMass(actuated[m.body - 1] + 1 if m.body else 0, m.mass, m.center, m.name)
+        for m in robot.masses
+    )
+    chain = Robot(robot.name, tuple(joints), undo @ robot.T_tip_flange, masses=masses)
+    return chain, actuated, [int(j) for j in sprung]

@@ -1,0 +1,269 @@
+"""Equilibrium: where an elastic arm comes to rest under load.
+
+In: elastic arm, compliances, load cases. Out: spring displacements and marker deflections, exact
+for any size of deflection, with their gradients in the compliances.
+
+With θ the displacements of the springs, k their compliances and y(q + θ) the generalised forces
+that load and weight exert on them in the bent configuration, the arm rests where
+
+    θ = k ∘ y(q + θ),        H = ∂y/∂θ
+    Newton:  (I - diag(k) H) δθ = k ∘ y - θ,        ∂θ/∂k = (I - diag(k) H)⁻¹ diag(y)
+
+The linear model (paper eq. 2) is the first Newton step from θ = 0 without H. The regressor is
+not used here. Source: ours; the geometry of loaded equilibria is textbook.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from elastocal.arrays import Array, BoolArray, frozen
+from elastocal.elastic.arm import ElasticArm
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.errors import EquilibriumError
+from elastocal.robot.posture import Posture, cross, dot
+
+_CHUNK = 2048  # load cases evaluated at once: what stays in the cache
+_MOST_STEPS = 30
+_SMALL = 1e-13  # Newton step over the size of the displacement at which the arm is at rest
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """Where N load cases come to rest.
+
+    Attributes:
+        displacement: (N, p) displacements of the springs [rad or m].
+        converged: (N,) whether Newton's iteration came to rest.
+        stability: (N,) smallest eigenvalue of the scaled stiffness under load: 1 without load,
+            0 where the arm buckles, negative where the rest is not stable.
+    """
+
+    displacement: Array
+    converged: BoolArray
+    stability: Array
+
+
+class Linearisation(NamedTuple):
+    """The equilibrium of N load cases, linearised at given displacements and compliances."""
+
+    step: Array
+    """(N, p) Newton step that leads towards the equilibrium [rad or m]."""
+    slope: Array
+    """(N, p, p) derivative of the equilibrium displacements in the compliances."""
+    markers: Array
+    """(N, 3K) marker positions at the displacements, base frame [m]."""
+    velocity: Array
+    """(N, 3K, p) their derivative in the displacements."""
+    stiffening: Array
+    """(N, p, p) H: what the springs lose, or gain, in stiffness because the load moves along."""
+
+
+def linearise(
+    arm: ElasticArm, compliance: Array, q: Array, wrench: Array, displacement: Array
+) -> Linearisation:
+    """Linearise the equilibrium at `displacement`, which need not be one.
+
+    Args:
+        arm: Elastic arm with p springs and K markers.
+        compliance: (p,) compliances [rad/(N·m) or m/N], or (N, p): one arm for each load case.
+        q: (N, n) configurations of the unloaded arm [rad or m].
+        wrench: (N, 6) wrenches at the load point, base frame [N, N·m].
+        displacement: (N, p) displacements of the springs [rad or m].
+    """
+    each = np.broadcast_to(compliance, displacement.shape)
+    parts = [
+        _linearise(arm, each[s], q[s], wrench[s], displacement[s])
+        for s in (slice(i, i + _CHUNK) for i in range(0, max(len(q), 1), _CHUNK))
+    ]
+    if len(parts) == 1:
+        return parts[0]
+    return Linearisation(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
+
+
+def equilibrium(arm: ElasticArm, compliance: Array, cases: LoadCases) -> Equilibrium:
+    """Where the arm comes to rest under every load case.
+
+    Args:
+        arm: Elastic arm with p springs.
+        compliance: (p,) compliances [rad/(N·m) or m/N], or (N, p): one arm for each load case.
+        cases: N load cases; the weight of the links acts besides.
+
+    Source: ours; paper ref. to nonlinear compensation [12].
+    """
+    count, p = len(cases), len(arm.springs)
+    each = np.broadcast_to(compliance, (count, p))
+    displacement = np.zeros((count, p))
+    stability = np.ones(count)
+    converged = np.zeros(count, dtype=bool)
+    open_ = np.arange(count)
+    for _ in range(_MOST_STEPS):
+        if not len(open_):
+            break
+        state = linearise(
+            arm, each[open_], cases.q[open_], cases.wrench[open_], displacement[open_]
+        )
+        displacement[open_] += state.step
+        stability[open_] = _stability(each[open_], state.stiffening)
+        size = np.abs(displacement[open_]).max(axis=1, initial=0.0)
+        with np.errstate(invalid="ignore"):
+            done = np.abs(state.step).max(axis=1, initial=0.0) <= _SMALL * size
+        converged[open_[done]] = True
+        open_ = open_[~done & np.isfinite(size) & (size < 1e3)]
+    return Equilibrium(frozen(displacement), frozen(converged, np.bool_), frozen(stability))
+
+
+def loaded_deflection(arm: ElasticArm, compliance: Array, cases: LoadCases) -> Array:
+    """(N, 3K) deflection of the markers, loaded minus unloaded, exact for any size [m].
+
+    Unloaded is the arm under the weight of its links alone, if that is known.
+
+    Raises:
+        EquilibriumError: a load case has no stable equilibrium; the message names it.
+    """
+    loaded = _at_rest(arm, compliance, cases)
+    idle = np.zeros_like(loaded)
+    if arm.sags:
+        without = LoadCases(cases.q, np.zeros_like(cases.wrench))
+        idle = _at_rest(arm, compliance, without)
+    return markers_at(arm, cases.q, loaded) - markers_at(arm, cases.q, idle)
+
+
+def deflection_and_gradient(
+    arm: ElasticArm, compliance: Array, cases: LoadCases
+) -> tuple[Array, Array]:
+    """Deflections as `loaded_deflection`, and their derivatives in the compliances.
+
+    Returns:
+        (N, 3K) deflections [m] and (N, 3K, p) derivatives.
+
+    Raises:
+        EquilibriumError: a load case has no stable equilibrium; the message names it.
+    """
+    wrenches = [cases.wrench] + ([np.zeros_like(cases.wrench)] if arm.sags else [])
+    found = []
+    for wrench in wrenches:
+        rest = _at_rest(arm, compliance, LoadCases(cases.q, wrench))
+        here = linearise(arm, compliance, cases.q, wrench, rest)
+        found.append((here.markers, here.velocity @ here.slope))
+    loaded, slope = found[0]
+    if arm.sags:
+        return loaded - found[1][0], slope - found[1][1]
+    flat = np.zeros((len(cases), len(arm.springs)))
+    return loaded - markers_at(arm, cases.q, flat), slope
+
+
+def markers_at(arm: ElasticArm, q: Array, displacement: Array) -> Array:
+    """(N, 3K) marker positions [m] of configurations (N, n) with springs bent by (N, p)."""
+    posture = Posture(arm.chain, arm.bent(q, displacement))
+    points = [posture.point(marker) for marker in arm.tool.markers]
+    return np.concatenate(points).T
+
+
+def _at_rest(arm: ElasticArm, compliance: Array, cases: LoadCases) -> Array:
+    """(N, p) displacements at a stable equilibrium."""
+    rest = equilibrium(arm, compliance, cases)
+    wrong = np.flatnonzero(~rest.converged | (rest.stability <= 0.0))
+    if len(wrong):
+        raise EquilibriumError(
+            f"load case {wrong[0] + 1} has no stable equilibrium with these compliances: the "
+            "arm gives way under the load; check the units of compliances and loads"
+        )
+    return rest.displacement
+
+
+def _linearise(
+    arm: ElasticArm, compliance: Array, q: Array, wrench: Array, displacement: Array
+) -> Linearisation:
+    """One chunk of `linearise`, compliances (N, p)."""
+    count, p = displacement.shape
+    posture = Posture(arm.chain, arm.bent(q, displacement))
+    axes, origins = posture.axes[:, arm.sprung], posture.origins[:, arm.sprung]
+    slides = arm.chain.prismatic[arm.sprung]
+    turns = axes.copy()
+    turns[:, slides] = 0.0
+
+    def velocity(point: Array) -> Array:
+        """(3, p, N) velocity of a point for unit speeds of the springs."""
+        v = cross(axes, point[:, None] - origins)
+        v[:, slides] = axes[:, slides]
+        return v
+
+    effort = np.zeros((p, count))
+    slope = np.zeros((p, p, count))  # H
+    for point, force, carries in _loads(arm, posture, wrench):
+        v = velocity(point)
+        v[:, ~carries] = 0.0
+        effort += dot(v, force[:, None])
+        turning = cross(v, force[:, None])
+        for j in range(p):
+            # Spring i <= j turns spring j and its arm: ∂y_i/∂θ_j = ∂y_j/∂θ_i = a_i · (v_j × F).
+            row = dot(turns[:, : j + 1], turning[:, j, None])
+            slope[: j + 1, j] += row
+            slope[j, :j] += row[:-1]
+    moment = wrench.T[3:, None]
+    if moment.any():
+        effort += dot(turns, moment)
+        for j in range(p):
+            # A moment that keeps its direction turns no axis but those beyond spring j.
+            slope[j + 1 :, j] += dot(cross(turns[:, j, None], turns[:, j + 1 :]), moment)
+    k = compliance.T
+    tangent = np.eye(p)[..., None] - k[:, None] * slope
+    right = np.concatenate([(k * effort - displacement.T)[:, None], _diagonal(effort)], axis=1)
+    solved = _solved(tangent.transpose(2, 0, 1), right.transpose(2, 0, 1))
+    points = [posture.point(marker) for marker in arm.tool.markers]
+    return Linearisation(
+        step=solved[:, :, 0],
+        slope=solved[:, :, 1:],
+        markers=np.concatenate(points).T,
+        velocity=np.concatenate([velocity(point) for point in points]).transpose(2, 0, 1),
+        stiffening=slope.transpose(2, 0, 1),
+    )
+
+
+def _loads(
+    arm: ElasticArm, posture: Posture, wrench: Array
+) -> list[tuple[Array, Array, BoolArray]]:
+    """Point (3, N), force (3, N or 1) and the springs (p,) that it loads, for every force."""
+    everything = np.ones(len(arm.springs), dtype=bool)
+    loads = [(posture.point(arm.tool.load_point), wrench.T[:3], everything)]
+    if arm.sags:
+        for body in arm.chain.masses:
+            weight = body.mass * arm.gravity[:, None]
+            loads.append((posture.point(body.center, body.body), weight, arm.sprung < body.body))
+    return loads
+
+
+def _solved(matrices: Array, right: Array) -> Array:
+    """Solutions of N systems; not a number where a load is just the one that buckles the arm."""
+    try:
+        return np.asarray(np.linalg.solve(matrices, right))
+    except np.linalg.LinAlgError:
+        singular = np.linalg.det(matrices) == 0.0
+        matrices = np.where(singular[:, None, None], np.nan, matrices)
+        with np.errstate(invalid="ignore"):
+            return np.asarray(np.linalg.solve(matrices, right))
+
+
+def _diagonal(effort: Array) -> Array:
+    """(p, p, N) with the efforts (p, N) on the diagonal."""
+    p, count = effort.shape
+    matrix = np.zeros((p, p, count))
+    matrix[np.arange(p), np.arange(p)] = effort
+    return matrix
+
+
+def _stability(compliance: Array, stiffening: Array) -> Array:
+    """(N,) smallest eigenvalue of I - √k H √k, H symmetrised."""
+    root = np.sqrt(np.maximum(compliance, 0.0))
+    if not root.shape[-1]:
+        return np.ones(len(stiffening))
+    symmetric = 0.5 * (stiffening + stiffening.transpose(0, 2, 1))
+    matrices = np.eye(root.shape[-1]) - root[..., :, None] * symmetric * root[..., None, :]
+    bad = ~np.isfinite(matrices).all(axis=(1, 2))
+    matrices[bad] = 0.0
+    smallest = np.linalg.eigvalsh(matrices)[:, 0]
+    return np.where(bad, -np.inf, smallest)

@@ -1,0 +1,347 @@
+"""Elastostatics of a serial arm with springs on virtual joints.
+
+In: robot, springs, tool, load cases. Out: regressor, deflection, Cartesian stiffness.
+A virtual joint is a unit twist carried by one body of the chain. With v_j the velocity that a
+unit speed of virtual joint j gives to a point, and y_j the generalised force that the wrench
+w = (F, T) exerts on it,
+
+    y_j = v_j(load point)·F + a_j·T          (JᵀW, paper eq. 2)
+    Δp  = Σ_j v_j(marker) y_j k_j = A k      (paper eqs. 3, 4, 7)
+
+The gradient is one suffix sum and one prefix sum along the chain (`Regressor.pull`): turning
+joint k by dθ moves everything beyond it as a rigid body. Cost O(n + p), no Hessian. Ours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from elastocal.arrays import Array, BoolArray, IntArray, frozen
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.errors import InputError
+from elastocal.robot.chain import Robot, Tool
+from elastocal.robot.posture import Posture, cross, dot, jacobian
+
+
+@dataclass(frozen=True)
+class VirtualJoints:
+    """p unit twists, each carried by one body of the chain.
+
+    Attributes:
+        names: p names.
+        body: (p,) number of actuated joints that move the twist: 0 is the base.
+        axis: (p, 3) axis in the frame of that body.
+        origin: (p, 3) point on the axis in the frame of that body [m].
+        prismatic: (p,) True for a linear spring [m/N], False for an angular one [rad/(N·m)].
+        joint: (p,) actuated joint whose axis the twist shares, -1 where it shares none.
+    """
+
+    names: tuple[str, ...]
+    body: IntArray
+    axis: Array
+    origin: Array
+    prismatic: BoolArray
+    joint: IntArray = field(default_factory=lambda: frozen([], np.int64))
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "body", frozen(self.body, np.int64))
+        if np.any(np.diff(self.body) < 0):
+            raise InputError("virtual joints must be given in chain order, base first")
+        object.__setattr__(self, "axis", frozen(self.axis))
+        object.__setattr__(self, "origin", frozen(self.origin))
+        object.__setattr__(self, "prismatic", frozen(self.prismatic, np.bool_))
+        joint = self.joint if np.size(self.joint) else np.full(len(self.names), -1)
+        object.__setattr__(self, "joint", frozen(joint, np.int64))
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+
+def joint_springs(robot: Robot, names: Sequence[str] | None = None) -> VirtualJoints:
+    """Springs in the actuated joints called `names` (all joints if None), in chain order.
+
+    Raises:
+        InputError: a name is not a joint of the robot.
+    """
+    wanted = sorted(robot.index(robot.joint_names if names is None else names))
+    return VirtualJoints(
+        names=tuple(robot.joint_names[i] for i in wanted),
+        body=np.array(wanted),
+        axis=np.array([robot.links[i][:3, 2] for i in wanted]).reshape(-1, 3),
+        origin=np.array([robot.links[i][:3, 3] for i in wanted]).reshape(-1, 3),
+        prismatic=robot.prismatic[wanted],
+        joint=np.array(wanted),
+    )
+
+
+def merged(first: VirtualJoints, second: VirtualJoints) -> VirtualJoints:
+    """The springs of both, in chain order.
+
+    Raises:
+        InputError: a name is in both.
+    """
+    twice = sorted(set(first.names) & set(second.names))
+    if twice:
+        raise InputError(f"spring {twice[0]!r} is given twice")
+    body, joint = np.append(first.body, second.body), np.append(first.joint, second.joint)
+    order = np.lexsort((joint >= 0, body))  # on one body the springs of no joint come first
+    names = (*first.names, *second.names)
+    return VirtualJoints(
+        names=tuple(names[i] for i in order),
+        body=body[order],
+        axis=np.concatenate([first.axis, second.axis])[order],
+        origin=np.concatenate([first.origin, second.origin])[order],
+        prismatic=np.append(first.prismatic, second.prismatic)[order],
+        joint=joint[order],
+    )
+
+
+def subset(springs: VirtualJoints, names: Sequence[str]) -> VirtualJoints:
+    """Those of `springs` whose names are in `names`, in chain order."""
+    kept = [i for i, name in enumerate(springs.names) if name in names]
+    return VirtualJoints(
+        names=tuple(springs.names[i] for i in kept),
+        body=springs.body[kept],
+        axis=springs.axis[kept],
+        origin=springs.origin[kept],
+        prismatic=springs.prismatic[kept],
+        joint=springs.joint[kept],
+    )
+
+
+def regressor(
+    robot: Robot,
+    springs: VirtualJoints,
+    tool: Tool,
+    cases: LoadCases,
+    *,
+    rotation: bool = False,
+) -> Array:
+    """Regressor A of the linear model: deflection = A · compliance.
+
+    Args:
+        robot: The robot.
+        springs: p virtual joints.
+        tool: Tool with load point and K markers.
+        cases: N load cases.
+        rotation: Append the three rotation rows of the flange.
+
+    Returns:
+        (N, 3K or 3K + 3, p): position rows of each marker [N·m² for angular springs], then
+        rotation rows [N·m].
+
+    Source: paper eqs. (4), (7), (8); several markers are ours.
+    """
+    posture = Posture(robot, cases.q)
+    rows = Regressor(posture, springs, tool, cases.wrench, rotation=rotation).rows
+    return np.ascontiguousarray(rows.transpose(2, 0, 1))
+
+
+def deflection(
+    robot: Robot, springs: VirtualJoints, compliance: Array, tool: Tool, cases: LoadCases
+) -> Array:
+    """(N, 3K + 3) displacement of K markers [m] and rotation of the flange [rad] under load.
+
+    `compliance` is (p,) [rad/(N·m), or m/N for linear springs].
+
+    Source: paper eq. (2).
+    """
+    return np.asarray(regressor(robot, springs, tool, cases, rotation=True) @ compliance)
+
+
+def cartesian_stiffness(robot: Robot, compliance: Array, q: Array, point: Array) -> Array:
+    """(N, 6, 6) Cartesian stiffness K_C = J⁻ᵀ K_θ J⁻¹ at a point of the flange.
+
+    Computed as the inverse of the Cartesian compliance J k_θ Jᵀ, so that any number of joints
+    will do.
+
+    Args:
+        robot: Robot with n joints.
+        compliance: (n,) compliance of every joint, all positive [rad/(N·m) or m/N].
+        q: (N, n) configurations [rad or m].
+        point: (3,) point in the flange frame [m].
+
+    Raises:
+        InputError: the compliance is singular, as at a singular configuration or with n < 6.
+
+    Source: paper eq. (1), where K stands for K_θ and K_E for K_C.
+    """
+    columns = jacobian(robot, q, point)
+    compliances = columns * compliance @ columns.transpose(0, 2, 1)
+    # Metres and radians differ in size: judge the rank on rows of equal length.
+    scale = 1.0 / np.sqrt(np.maximum(np.diagonal(compliances, axis1=1, axis2=2), 1e-300))
+    smallest = np.linalg.eigvalsh(compliances * scale[:, :, None] * scale[:, None, :])[:, 0]
+    singular = np.flatnonzero(smallest < 1e-12)
+    if len(singular):
+        raise InputError(
+            f"the Cartesian stiffness is infinite in some direction in configuration "
+            f"{singular[0] + 1}: the joints cannot move the tool in all six directions there"
+        )
+    return np.asarray(np.linalg.inv(compliances), dtype=float)
+
+
+class Regressor:
+    """Regressor of N load cases, with what its gradient needs.
+
+    Attributes:
+        rows: (3K or 3K + 3, p, N): three position rows [N·m² for angular springs] of each of
+            K markers and, if asked for, three rotation rows [N·m]; batch axis last.
+    """
+
+    def __init__(
+        self,
+        posture: Posture,
+        springs: VirtualJoints,
+        tool: Tool,
+        wrench: Array,
+        *,
+        rotation: bool = False,
+    ) -> None:
+        """Evaluate the regressor.
+
+        Args:
+            posture: The robot in N configurations.
+            springs: p virtual joints.
+            tool: Tool with load point and K markers.
+            wrench: (N, 6) wrench at the load point, base frame [N, N·m].
+            rotation: Append the three rotation rows of the flange body (paper eq. 8).
+        """
+        self.posture, self.springs, self.rotation = posture, springs, rotation
+        self.force, self.moment = wrench.T[:3, None], wrench.T[3:, None]
+        self.points, self.markers = _distinct_points(tool)
+        self.sliding = springs.prismatic if springs.prismatic.any() else None
+        self.has_moment = bool(np.any(self.moment))
+        self.axes, origins = self._twists()
+        self.turns = self._turning(self.axes)
+        self.at = [posture.point(local)[:, None] for local in self.points]
+        self.arms = [at - origins for at in self.at]
+        self.velocities = [self._velocity(arm) for arm in self.arms]
+        y = dot(self.velocities[_LOAD], self.force)
+        if self.has_moment:
+            y += dot(self.turns, self.moment)
+        self.generalised_force = y
+        rows = [self.velocities[point] * y for point in self.markers]
+        if rotation:
+            rows.append(self.turns * y)
+        self.rows = rows[0] if len(rows) == 1 else np.concatenate(rows)
+
+    def pull(self, cotangent: Array) -> tuple[Array, Array]:
+        """Gradients of a scalar whose gradient in `rows` is `cotangent`, (rows, p, N).
+
+        Returns:
+            (n, N) gradient in q and (6, N) gradient in the wrench.
+
+        Source: reverse mode through eq. (4); the rigid-body sums are ours.
+        """
+        y = self.generalised_force
+        blocks = [cotangent[3 * m : 3 * m + 3] for m in range(len(self.markers))]
+        y_bar = sum(
+            dot(self.velocities[point], block)
+            for point, block in zip(self.markers, blocks, strict=True)
+        )
+        axis_bar = None
+        if self.rotation:
+            y_bar = y_bar + dot(self.turns, cotangent[-3:])
+            axis_bar = self._turning(cotangent[-3:] * y)
+        if self.has_moment:
+            moment = self._turning(y_bar * self.moment)
+            axis_bar = moment if axis_bar is None else axis_bar + moment
+        velocity_bars: list[Array | None] = [None] * len(self.points)
+        velocity_bars[_LOAD] = y_bar * self.force
+        for point, block in zip(self.markers, blocks, strict=True):
+            known = velocity_bars[point]
+            velocity_bars[point] = block * y if known is None else known + block * y
+        wrench_bar = np.concatenate(
+            [(self.velocities[_LOAD] * y_bar).sum(axis=1), (self.turns * y_bar).sum(axis=1)]
+        )
+        return self._pull_points(velocity_bars, axis_bar), wrench_bar
+
+    def _pull_points(self, velocity_bars: list[Array | None], axis_bar: Array | None) -> Array:
+        """Gradient in q from gradients in the velocities of the points and in the axes.
+
+        Joint k turns every twist it carries, and moves the point as seen from every twist that
+        it does not carry: a sum over the twists beyond it and a sum over those before it.
+        """
+        posture = self.posture
+        slides = posture.robot.prismatic
+        carried = np.searchsorted(self.springs.body, np.arange(1, len(slides) + 1))
+        turned: Array | None = None
+        pulled: Array | None = None
+        for at, arm, velocity_bar in zip(self.at, self.arms, velocity_bars, strict=True):
+            if velocity_bar is None:
+                continue
+            arm_bar = self._turning(cross(velocity_bar, self.axes))
+            bar = self._turning(cross(arm, velocity_bar))
+            if self.sliding is not None:
+                bar[:, self.sliding] = velocity_bar[:, self.sliding]
+            axis_bar = bar if axis_bar is None else axis_bar + bar
+            turn = cross(arm, arm_bar)
+            turned = turn if turned is None else turned + turn
+            force = _sums_before(arm_bar)[:, carried]
+            pull = cross(at - posture.origins, force)
+            if slides.any():
+                pull[:, slides] = force[:, slides]
+            pulled = pull if pulled is None else pulled + pull
+        assert turned is not None
+        assert pulled is not None
+        assert axis_bar is not None
+        turned += cross(self.axes, axis_bar)
+        before = _sums_before(turned)
+        beyond = before[:, -1:] - before[:, carried]
+        if slides.any():
+            beyond[:, slides] = 0.0
+        pulled += beyond
+        return dot(posture.axes, pulled)
+
+    def _twists(self) -> tuple[Array, Array]:
+        """Axes and origins of the virtual joints in the base frame, (3, p, N) each."""
+        springs, count = self.springs, self.posture.count
+        if (springs.joint >= 0).all():
+            return self.posture.axes[:, springs.joint], self.posture.origins[:, springs.joint]
+        axes = np.empty((3, len(springs), count))
+        origins = np.empty((3, len(springs), count))
+        for j, body in enumerate(springs.body):
+            axes[:, j] = self.posture.direction(springs.axis[j], body)
+            origins[:, j] = self.posture.point(springs.origin[j], body)
+        return axes, origins
+
+    def _velocity(self, arm: Array) -> Array:
+        """Velocity (3, p, N) that each twist gives to the point at `arm` from its origin."""
+        velocity = cross(self.axes, arm)
+        if self.sliding is not None:
+            velocity[:, self.sliding] = self.axes[:, self.sliding]
+        return velocity
+
+    def _turning(self, vectors: Array) -> Array:
+        """`vectors` (3, p, N) of the turning twists, zero for the sliding ones."""
+        if self.sliding is None:
+            return vectors
+        vectors = vectors.copy()
+        vectors[:, self.sliding] = 0.0
+        return vectors
+
+
+_LOAD = 0  # index of the load point among the distinct points
+
+
+def _sums_before(vectors: Array) -> Array:
+    """(3, p + 1, N) whose entry j is the sum of `vectors` (3, p, N) before j."""
+    sums = np.zeros((3, vectors.shape[1] + 1, vectors.shape[2]))
+    for j in range(vectors.shape[1]):  # faster than np.cumsum over a middle axis
+        np.add(sums[:, j], vectors[:, j], out=sums[:, j + 1])
+    return sums
+
+
+def _distinct_points(tool: Tool) -> tuple[list[Array], list[int]]:
+    """Distinct points of a tool, load point first, and the index of each marker among them."""
+    points = [tool.load_point]
+    indices = []
+    for marker in tool.markers:
+        same = [i for i, point in enumerate(points) if np.array_equal(point, marker)]
+        if not same:
+            points.append(marker)
+        indices.append(same[0] if same else len(points) - 1)
+    return points, indices

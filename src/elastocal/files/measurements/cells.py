@@ -1,0 +1,216 @@
+"""From the cells of a file to columns of numbers and words; wrong cells by row and column."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from elastocal.arrays import Array, IntArray
+from elastocal.errors import MeasurementFileError
+from elastocal.files.measurements.columns import Column
+from elastocal.files.measurements.fast import plain_columns
+from elastocal.files.tables.layout import Layout
+
+LARGEST = 1e9
+"""Numbers beyond this are mistakes in any unit of these files."""
+CHUNK = 20_000  # rows; bounds the memory for cells as text
+NOT_USED = {"valid": ("0", "false", "no"), "delete": ("1", "true", "yes")}
+"""Words that mark a row as not to be used."""
+_DECIMALS = 1000  # rows that tell the decimal sign
+_NUMBER = re.compile(r"\s*'?[-+−]?\d*[.,]\d+([eE][-+]?\d+)?\s*")
+
+
+@dataclass(frozen=True)
+class Words:
+    """A column of words: a number for each row, and the word of each number."""
+
+    codes: IntArray
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Cells:
+    """The columns of one file.
+
+    Attributes:
+        path: The file.
+        lines: (R,) line of every row.
+        headers: Header of every column, by key.
+        numbers: (R,) numbers in SI units, by key.
+        words: Words, by key.
+    """
+
+    path: Path
+    lines: IntArray
+    headers: dict[str, str]
+    numbers: dict[str, Array]
+    words: dict[str, Words]
+
+
+def read_cells(table: Layout, columns: dict[str, Column], decimal: str | None = None) -> Cells:
+    """Read the columns of a table.
+
+    Args:
+        table: The file with its header.
+        columns: What to read, by key.
+        decimal: Decimal sign; None to find out.
+
+    Raises:
+        MeasurementFileError: the first cell that is wrong, by line and column.
+    """
+    decimal = decimal or _decimal(table, columns)
+    quick = plain_columns(table, columns, decimal)
+    found = None if quick is None else _of_plain(table, columns, *quick)
+    return found if found is not None else _cell_by_cell(table, columns, decimal)
+
+
+def _of_plain(
+    table: Layout, columns: dict[str, Column], lines: IntArray, found: dict[str, Any]
+) -> Cells | None:
+    """The columns of a plain table; None if a number is not one that may stand there."""
+    numbers: dict[str, Array] = {}
+    words: dict[str, Words] = {}
+    for key, column in columns.items():
+        if column.meaning.kind:
+            if not (np.abs(found[key]) < LARGEST).all():
+                return None
+            numbers[key] = column.factor * found[key]
+            continue
+        codes, names = found[key]
+        known: dict[str, int] = {}
+        place = np.array([known.setdefault(plain(n), len(known)) for n in names], dtype=np.int64)
+        words[key] = Words(place[codes], tuple(known))
+    headers = {key: column.header for key, column in columns.items()}
+    return Cells(table.file.path, lines, headers, numbers, words)
+
+
+def _cell_by_cell(table: Layout, columns: dict[str, Column], decimal: str) -> Cells:
+    numbers: dict[str, list[Array]] = {k: [] for k, c in columns.items() if c.meaning.kind}
+    words: dict[str, list[IntArray]] = {k: [] for k, c in columns.items() if not c.meaning.kind}
+    codes: dict[str, dict[str, int]] = {key: {} for key in words}
+    lines: list[IntArray] = []
+    marks = [(columns[k].index, out) for k, out in NOT_USED.items() if k in columns]
+    for at, rows in _chunks(table.rows()):
+        lines.append(np.array(at, dtype=np.int64))
+        out = _not_used(rows, marks)
+        for key, column in columns.items():
+            cells = [row[column.index] for row in rows]
+            if column.meaning.kind:
+                if any(out):  # nobody promises numbers there
+                    cells = ["0" if o else cell for o, cell in zip(out, cells, strict=True)]
+                numbers[key].append(_numbers(cells, decimal, at, column, table))
+            else:
+                words[key].append(_codes(cells, codes[key]))
+    if not lines:
+        raise MeasurementFileError(f"{table.file.path}: there is no row of data below the header")
+    return Cells(
+        table.file.path,
+        np.concatenate(lines),
+        {key: column.header for key, column in columns.items()},
+        {key: columns[key].factor * np.concatenate(parts) for key, parts in numbers.items()},
+        {key: Words(np.concatenate(parts), tuple(codes[key])) for key, parts in words.items()},
+    )
+
+
+def plain(cell: str) -> str:
+    """A word without what spreadsheets put around it."""
+    return cell.strip().removeprefix("'").strip()
+
+
+def _not_used(
+    rows: Sequence[list[str]], marks: Sequence[tuple[int, tuple[str, ...]]]
+) -> list[bool]:
+    """Which rows are marked by one of the words in one of the places; [] without marks."""
+    if not marks:
+        return []
+    return [any(plain(row[i]).lower() in words for i, words in marks) for row in rows]
+
+
+def _chunks(
+    rows: Iterator[tuple[int, list[str]]],
+) -> Iterator[tuple[tuple[int, ...], tuple[list[str], ...]]]:
+    while chunk := list(islice(rows, CHUNK)):
+        at, cells = zip(*chunk, strict=True)
+        yield at, cells
+
+
+def _decimal(table: Layout, columns: dict[str, Column]) -> str:
+    """The decimal sign of the first rows.
+
+    Raises:
+        MeasurementFileError: numbers with a comma and numbers with a point.
+    """
+    if table.delimiter == ",":
+        return "."
+    used = [column for column in columns.values() if column.meaning.kind]
+    first: dict[str, tuple[int, Column, str]] = {}
+    for line, row in islice(table.rows(), _DECIMALS):
+        for column in used:
+            cell = row[column.index]
+            sign = next((s for s in ",." if s in cell), "")
+            if sign and sign not in first and _NUMBER.fullmatch(cell):
+                first[sign] = line, column, cell.strip()
+    if len(first) == 2:
+        line, column, cell = first[","]
+        raise MeasurementFileError(
+            f"{table.file.path}, line {line}, column {column.header!r}: {cell[:40]!r} here and "
+            f"{first['.'][2][:40]!r} in line {first['.'][0]}; expected one decimal sign for all"
+        )
+    return next(iter(first), ".")
+
+
+def _codes(cells: Sequence[str], known: dict[str, int]) -> IntArray:
+    numbers = (known.setdefault(plain(cell), len(known)) for cell in cells)
+    return np.fromiter(numbers, dtype=np.int64, count=len(cells))
+
+
+def _numbers(
+    cells: list[str], decimal: str, lines: Sequence[int], column: Column, table: Layout
+) -> Array:
+    together = "".join(cells)
+    good = not (decimal == "," and "." in together) and "_" not in together
+    if "'" in together or "−" in together:
+        cells = [plain(cell).replace("−", "-") for cell in cells]
+    ready = [cell.replace(",", ".") for cell in cells] if decimal == "," else cells
+    try:
+        values = np.fromiter(map(float, ready), dtype=np.float64, count=len(ready))
+    except ValueError:
+        good = False
+    if good and bool((np.abs(values) < LARGEST).all()):
+        return values
+    for line, cell in zip(lines, cells, strict=True):
+        problem = _problem(cell, decimal)
+        if problem:
+            raise MeasurementFileError(
+                f"{table.file.path}, line {line}, column {column.header!r}: {problem}"
+            )
+    raise AssertionError("a number was refused without a reason")
+
+
+def _problem(cell: str, decimal: str) -> str:
+    """Why a cell is no number, empty if it is one."""
+    shown = repr(cell.strip()[:40])
+    text = cell.strip()
+    if not text:
+        return "the cell is empty; expected a number"
+    if decimal == "," and "." in text:
+        return f"expected a number with a decimal comma as in the rows before, found {shown}"
+    try:
+        value = float(text.replace(",", ".") if decimal == "," else text)
+        if "_" not in text:
+            return "" if abs(value) < LARGEST else f"expected a finite number, found {shown}"
+    except ValueError:
+        pass
+    if re.fullmatch(r"[-+]?\d{1,3}([,.  ']\d{3})+([.,]\d*)?", text) and decimal not in text[:-4]:
+        return f"expected a number without thousands separators, found {shown}"
+    if decimal == "." and re.fullmatch(r"[-+]?\d*,\d+", text):
+        return f"expected a number with a decimal point, found {shown}"
+    if re.match(r"[-+]?[\d.,]+\s*[A-Za-z°µ]", text) and not re.match(r"[-+]?[\d.]+[eE]", text):
+        return f"expected a bare number, found {shown}; the unit belongs in the header"
+    return f"expected a number, found {shown}"

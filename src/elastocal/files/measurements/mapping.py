@@ -1,0 +1,289 @@
+"""Mapping files: from YAML to what the columns of foreign measurement files mean."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from elastocal.arrays import Array
+from elastocal.errors import InputError, MeasurementFileError, StudyError
+from elastocal.files.measurements.columns import WORDS, Meaning, meaning_named
+from elastocal.files.schema import ColumnFile, FrameFile, MappingFile, Section
+from elastocal.files.schema.study import first_problem
+from elastocal.files.tables.layout import Style
+from elastocal.files.tables.units import factor, split_header, unit_hint
+from elastocal.files.texts import read_text
+from elastocal.files.yaml_lines import Located, Path_, parse
+from elastocal.robot.chain import Robot
+from elastocal.robot.rotations import from_zyx_angles
+
+_LARGEST = 1_000_000  # bytes
+_DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|", "space": " "}
+_MODELS: dict[str, type[Section]] = {"": MappingFile, "frame": FrameFile, "columns": ColumnFile}
+
+
+@dataclass(frozen=True)
+class Place:
+    """Which column of the files a quantity is in.
+
+    Attributes:
+        meaning: The quantity.
+        unit: Its unit there; None to take that of the header.
+        column: Name of the column, or its number from 1.
+        file: Number of the file from 1; None for any that has it.
+        marker: The marker it belongs to, empty for all.
+        where: Place in the mapping file.
+    """
+
+    meaning: Meaning
+    unit: str | None
+    column: str | int
+    file: int | None
+    marker: str
+    where: str
+
+    @property
+    def key(self) -> str:
+        """Name of the column in this program."""
+        return f"{self.meaning.key}@{self.marker}" if self.marker else self.meaning.key
+
+
+@dataclass(frozen=True)
+class Constant:
+    """What is the same in all rows.
+
+    Attributes:
+        meaning: The quantity.
+        values: One value, or one for each file; SI units or words.
+        where: Place in the mapping file.
+    """
+
+    meaning: Meaning
+    values: tuple[float | str, ...]
+    where: str
+
+
+@dataclass(frozen=True)
+class FieldMapping:
+    """A mapping file.
+
+    Attributes:
+        path: Where it is.
+        sha256: Hash of its text.
+        style: How the files are written.
+        places: Columns that are used.
+        constants: What no column says.
+        words: Our word for each of theirs, by column.
+        rotation: (3, 3) from the frame of the readings to the base; None if they are in it.
+        controller: Whether the joint values are those of the controller.
+        markers: Markers that have columns of their own.
+    """
+
+    path: Path
+    sha256: str
+    style: Style
+    places: tuple[Place, ...]
+    constants: tuple[Constant, ...]
+    words: dict[str, dict[str, str]]
+    rotation: Array | None
+    controller: bool
+    markers: tuple[str, ...]
+
+
+def read_mapping(path: str | Path, robot: Robot) -> FieldMapping:
+    """The mapping in a file.
+
+    Args:
+        path: The file.
+        robot: Whose joints it names.
+
+    Raises:
+        MeasurementFileError: the file is wrong; the message names line and key.
+    """
+    path = Path(path)
+    try:
+        text = read_text(path, largest=_LARGEST)
+        document = parse(text, path)
+    except InputError as error:
+        hint = '; in braces, quote keys with brackets: {"x [mm]": X}'
+        more = hint if isinstance(error, StudyError) and "got '['" in str(error) else ""
+        raise MeasurementFileError(f"{error}{more}") from None
+    file = _validated(document)
+    style = Style(
+        _DELIMITERS[file.delimiter] if file.delimiter else None,
+        {"point": ".", "comma": ",", None: None}[file.decimal],
+        file.encoding,
+        file.skip_lines,
+        file.header,
+    )
+    places = tuple(_places(document, file, robot))
+    constants = tuple(_constants(document, file, robot))
+    _check_once(document, places, constants)
+    for name in file.words:
+        if name not in WORDS:
+            raise MeasurementFileError(
+                f"{document.where(('words', name))}: words: {name!r} has no words to translate; "
+                f"expected one of {', '.join(WORDS)}"
+            )
+    return FieldMapping(
+        path,
+        hashlib.sha256(text.encode()).hexdigest(),
+        style,
+        places,
+        constants,
+        file.words,
+        _rotation(document, file.frame),
+        file.joints == "controller",
+        tuple(file.markers),
+    )
+
+
+def _validated(document: Located) -> MappingFile:
+    value = document.value
+    if not isinstance(value, dict):
+        raise MeasurementFileError(
+            f"{document.where(())}: expected keys such as 'columns:', found {type(value).__name__}"
+        )
+    if value.get("elastocal") != 1:
+        raise MeasurementFileError(
+            f"{document.where(('elastocal',))}: a mapping file begins with 'elastocal: 1', the "
+            f"version of its format; found {value.get('elastocal')!r}"
+        )
+    try:
+        return MappingFile.model_validate(value)
+    except ValidationError as error:
+        raise MeasurementFileError(first_problem(document, error, _MODELS)) from None
+
+
+def _places(document: Located, file: MappingFile, robot: Robot) -> Iterator[Place]:
+    sections: list[tuple[Path_, str, dict[str, Any]]] = [(("columns",), "", file.columns)]
+    sections += [(("markers", name), name, columns) for name, columns in file.markers.items()]
+    for path, marker, columns in sections:
+        for name, column in columns.items():
+            where = document.where((*path, name))
+            meaning, unit = _quantity(name, robot, where)
+            several = isinstance(column, ColumnFile)
+            place = column.column if isinstance(column, ColumnFile) else column
+            if isinstance(place, str):
+                place = " ".join(place.split())
+                if not place:
+                    raise MeasurementFileError(f"{where}: {name}: the name of the column is empty")
+                if not file.header and not place.isdigit():
+                    raise MeasurementFileError(
+                        f"{where}: {name}: with 'header: false' columns have numbers, found "
+                        f"{place!r}"
+                    )
+            if not file.header:
+                place = int(place)
+            if meaning.kind and unit is None and (isinstance(place, int)):
+                raise MeasurementFileError(
+                    f"{where}: {name!r} has no unit; expected it in brackets, such as "
+                    f"{meaning.example!r}"
+                )
+            yield Place(meaning, unit, place, column.file if several else None, marker, where)
+
+
+def _quantity(name: str, robot: Robot, where: str) -> tuple[Meaning, str | None]:
+    """The quantity and unit that a key such as 'x [mm]' names."""
+    bare, unit = split_header(name)
+    meaning = meaning_named(bare, robot)
+    if meaning is None:
+        raise MeasurementFileError(
+            f"{where}: there is no quantity {bare!r}; expected a joint "
+            f"({', '.join(robot.joint_names)}) or a column of measurements.csv such as "
+            "experiment, marker, state, 'Fx [N]', 'dx [mm]', 'x [mm]', 'u [mm]', 'U95 [mm]'"
+        )
+    if unit and not meaning.kind:
+        raise MeasurementFileError(f"{where}: {bare!r} has no unit, found {unit!r}")
+    if unit and factor(unit, meaning.kind) is None:
+        raise MeasurementFileError(
+            f"{where}: unit {unit!r} is not accepted for {meaning.name!r}; "
+            f"{unit_hint(unit, meaning.kind)}"
+        )
+    return meaning, unit
+
+
+def _constants(document: Located, file: MappingFile, robot: Robot) -> Iterator[Constant]:
+    for name, given in file.constants.items():
+        where = document.where(("constants", name))
+        meaning, unit = _quantity(name, robot, where)
+        values = given if isinstance(given, list) else [given]
+        if not values:
+            raise MeasurementFileError(f"{where}: {name}: expected a value, found an empty list")
+        if not meaning.kind:
+            words = (f"{v:g}" if isinstance(v, float) else v for v in values)
+            yield Constant(meaning, tuple(words), where)
+            continue
+        if unit is None:
+            raise MeasurementFileError(
+                f"{where}: {name!r} has no unit; expected it in brackets, such as "
+                f"{meaning.example!r}"
+            )
+        scale = factor(unit, meaning.kind)
+        assert scale is not None
+        numbers = []
+        for value in values:
+            if not isinstance(value, float):
+                raise MeasurementFileError(f"{where}: {name}: expected a number, found {value!r}")
+            numbers.append(scale * value)
+        yield Constant(meaning, tuple(numbers), where)
+
+
+def _check_once(
+    document: Located, places: tuple[Place, ...], constants: tuple[Constant, ...]
+) -> None:
+    seen: dict[str, str] = {}
+    entries = [(p.key, p.meaning.key, p.where) for p in places]
+    entries += [(c.meaning.key, c.meaning.key, c.where) for c in constants]
+    wide = {p.meaning.key for p in places if p.marker} | ({"marker"} if _wide(places) else set())
+    for key, bare, where in entries:
+        twice = key in seen or (key == bare and bare in wide)
+        if twice:
+            raise MeasurementFileError(
+                f"{where}: {bare.removeprefix('q:')!r} is given twice in this mapping"
+            )
+        seen[key] = where
+    by_marker: dict[str, set[str]] = {}
+    for place in places:
+        if place.marker:
+            by_marker.setdefault(place.marker, set()).add(place.meaning.key)
+    for marker, keys in by_marker.items():
+        lacking = sorted(wide - {"marker"} - keys)
+        if lacking:
+            raise MeasurementFileError(
+                f"{document.where(('markers', marker))}: marker {marker!r} has no column for "
+                f"{lacking[0]!r}, which other markers have"
+            )
+
+
+def _wide(places: tuple[Place, ...]) -> bool:
+    return any(place.marker for place in places)
+
+
+def _rotation(document: Located, frame: FrameFile | None) -> Array | None:
+    """The rotation of a `frame` section; roll, pitch, yaw about the fixed x, y, z axes."""
+    if frame is None:
+        return None
+    where = document.where(("frame",))
+    if (frame.rpy_deg is None) == (frame.matrix is None):
+        raise MeasurementFileError(f"{where}: frame: expected either rpy_deg or matrix")
+    if frame.rpy_deg is not None:
+        return from_zyx_angles(np.radians([frame.rpy_deg[::-1]]))[0]
+    matrix = np.array(frame.matrix)
+    if matrix.shape != (3, 3) or np.abs(matrix @ matrix.T - np.eye(3)).max() > 1e-4:
+        raise MeasurementFileError(
+            f"{where}: frame: the matrix is no rotation; expected three rows of three numbers, "
+            "orthogonal to 1e-4"
+        )
+    if np.linalg.det(matrix) < 0.0:
+        raise MeasurementFileError(
+            f"{where}: frame: the matrix is a reflection; expected a right-handed rotation"
+        )
+    left, _, right = np.linalg.svd(matrix)
+    return np.asarray(left @ right)

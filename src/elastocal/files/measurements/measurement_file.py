@@ -1,0 +1,231 @@
+"""Measurement files: from tables of the field to `Measurements`, and the canonical CSV.
+
+In: one file, or several with the same columns, or several matched row by row. Out: deflections
+in the base frame, SI units, each with its covariance.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from elastocal.arrays import Array
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.errors import MeasurementFileError
+from elastocal.files.measurements.cells import read_cells
+from elastocal.files.measurements.columns import (
+    AXES,
+    DEFLECTIONS,
+    FORCES,
+    MASS,
+    TORQUES,
+    Column,
+    columns_by_name,
+    missing,
+)
+from elastocal.files.measurements.experiments import grouped
+from elastocal.files.measurements.mapped import completed, mapped_columns
+from elastocal.files.measurements.mapping import FieldMapping, read_mapping
+from elastocal.files.measurements.readings import Readings, deflections, differences, markers
+from elastocal.files.measurements.selection import chosen_word, usable
+from elastocal.files.measurements.suspicious import remarks, unused
+from elastocal.files.measurements.table import Table, combined, kept
+from elastocal.files.measurements.uncertainty import kind_of_uncertainty, matrices
+from elastocal.files.measurements.writing import write_measurements
+from elastocal.files.tables.decoding import decoded
+from elastocal.files.tables.layout import Layout, Style, layout
+from elastocal.measuring.measurements import Measurements
+from elastocal.robot.chain import Robot, Tool
+from elastocal.robot.posture import Posture
+from elastocal.study.study import Study
+
+__all__ = ["read_measurements", "write_measurements"]
+
+_CHUNK = 50_000  # experiments; bounds the memory for body frames
+
+
+def read_measurements(
+    path: str | Path | Sequence[str | Path], study: Study, mapping: str | Path | None = None
+) -> Measurements:
+    """The measurements in a file, or in several.
+
+    Files with the same columns are read one below the other; files with different columns, such
+    as joints, forces and deflections, side by side, row by row.
+
+    Args:
+        path: File or files.
+        study: The campaign: robot, calibration tool, instrument.
+        mapping: Mapping file that says what foreign columns mean.
+
+    Raises:
+        MeasurementFileError: a file is wrong; the message names file, line and column.
+    """
+    paths = [Path(path)] if isinstance(path, (str, Path)) else [Path(p) for p in path]
+    if not paths:
+        raise MeasurementFileError("no measurement file is named")
+    foreign = read_mapping(mapping, study.robot) if mapping is not None else None
+    style = foreign.style if foreign else Style()
+    files = [decoded(p, style.encoding) for p in paths]
+    tables = [layout(file, style) for file in files]
+    if foreign:
+        columns = mapped_columns(tables, foreign)
+    else:
+        columns = [columns_by_name(t.header, study.robot, _header_of(t)) for t in tables]
+    _check_columns(tables, columns, study, foreign)
+    table = combined(
+        [read_cells(t, c, style.decimal) for t, c in zip(tables, columns, strict=True)]
+    )
+    units = {key: c.unit for some in columns for key, c in some.items()}
+    if foreign:
+        table = completed(table, foreign)
+    found = _measurements(table, study, foreign)
+    odd = [file.remark for file in files if file.remark]
+    odd += [t.remark for t in tables if t.remark]
+    odd += () if foreign else unused(_free(tables, columns))
+    return replace(
+        found,
+        source=", ".join(map(str, paths)) + (f" through {foreign.path}" if foreign else ""),
+        sha256=_digest([f.sha256 for f in files] + ([foreign.sha256] if foreign else [])),
+        remarks=(*odd, *found.remarks, *remarks(found, study, units)),
+    )
+
+
+def _digest(digests: Sequence[str]) -> str:
+    """The hash of one file; of several, a mapping being one, the hash of their hashes."""
+    return (
+        digests[0] if len(digests) == 1 else hashlib.sha256("".join(digests).encode()).hexdigest()
+    )
+
+
+def _header_of(table: Layout) -> str:
+    return f"{table.file.path}, line {table.first}"
+
+
+def _check_columns(
+    tables: Sequence[Layout],
+    columns: Sequence[dict[str, Column]],
+    study: Study,
+    mapping: FieldMapping | None,
+) -> None:
+    """Refuse what lacks a column, before any row is read."""
+    found = {key.split("@")[0] for some in columns for key in some}
+    if mapping:
+        found |= {constant.meaning.key for constant in mapping.constants}
+        found |= {"marker"} if mapping.markers else set()
+    several = len(tables) > 1 and not all(set(c) == set(columns[0]) for c in columns)
+    where = ", ".join(str(t.file.path) for t in tables) if several else _header_of(tables[0])
+    free = _free(tables, columns)
+    for twice, why in (
+        ((MASS, *FORCES), "a hanging mass and a force exclude each other"),
+        (("state", *DEFLECTIONS), "a deflection has no state, it is loaded minus unloaded"),
+    ):
+        also = [key for key in twice[1:] if key in found]
+        if twice[0] in found and also:
+            raise MeasurementFileError(f"{where}: columns {twice[0]!r} and {also[0]!r}: {why}")
+    robot, many = study.robot, len(study.experiments.tool.markers) > 1
+
+    wanted = [] if several and not many else ["experiment"]
+    wanted += ["marker"] * many + [f"q:{joint.name}" for joint in robot.joints]
+    wanted += [MASS] if MASS in found else FORCES
+    wanted += TORQUES if found & set(TORQUES) else ()
+    wanted += AXES if "state" in found else DEFLECTIONS
+    problem = missing(wanted, found, free, robot)
+    if problem:
+        if "state" not in found and found >= set(AXES) and not found & set(DEFLECTIONS):
+            problem = (
+                "column 'state' is missing; positions x, y, z need it to tell loaded from unloaded"
+            )
+        raise MeasurementFileError(f"{where}: {problem}")
+    kind_of_uncertainty(found, where)
+
+
+def _free(tables: Sequence[Layout], columns: Sequence[dict[str, Column]]) -> list[str]:
+    """Headers without a meaning."""
+    return [
+        name
+        for table, some in zip(tables, columns, strict=True)
+        for i, name in enumerate(table.header)
+        if name and i not in {column.index for column in some.values()}
+    ]
+
+
+def _measurements(table: Table, study: Study, mapping: FieldMapping | None) -> Measurements:
+    """Measurements without their source."""
+    tool = study.experiments.tool
+    keep = usable(table)
+    left_out = kept(table, ~keep)
+    table = kept(table, keep) if not keep.all() else table
+    loaded = chosen_word(table, "state", _STATES) if "state" in table.words else None
+    marker = markers(table, tool)
+    own = kind_of_uncertainty(table.numbers, "")
+    grouping = grouped(table, study.robot, loaded, study.gravity)
+    if mapping and mapping.controller:
+        grouping = replace(grouping, cases=_from_controller(grouping.cases, study))
+    if loaded is None:
+        readings = deflections(table, grouping, marker, own, tool)
+    else:
+        readings = differences(
+            table, grouping, marker, own, tool, loaded, _names_of(left_out, tool)
+        )
+    said = list(grouping.remarks)
+    if not (mapping and mapping.controller) and not study.coupling.is_identity:
+        said.append(
+            "joint values are taken as those of the model, not of its controller; a mapping with "
+            "'joints: controller' says otherwise"
+        )
+    if left_out.rows:
+        said.append(
+            f"{left_out.rows} row{'s' if left_out.rows > 1 else ''} marked as invalid or deleted "
+            "left out"
+        )
+    turn = mapping.rotation if mapping and mapping.rotation is not None else np.eye(3)
+    if readings.six is not None:
+        covariance = turn @ matrices(readings.six) @ turn.T
+    else:
+        points = _points(study.robot, tool, grouping.cases, readings)
+        covariance = study.instrument.covariance(points) * readings.weight[:, None, None]
+    return Measurements(
+        tool,
+        grouping.cases,
+        grouping.names,
+        readings.case,
+        readings.marker,
+        readings.deflection @ turn.T,
+        covariance,
+        own_uncertainty=readings.six is not None,
+        remarks=(*said, *readings.remarks),
+    )
+
+
+def _from_controller(cases: LoadCases, study: Study) -> LoadCases:
+    """Load cases with the joint values of the model for those that the controller shows."""
+    return LoadCases(study.coupling.to_model(cases.q), cases.wrench)
+
+
+_STATES = {"loaded": True, "unloaded": False}
+
+
+def _names_of(table: Table, tool: Tool) -> set[tuple[str, str]]:
+    """(experiment, marker) of every row."""
+    found = []
+    for key, default in (("experiment", ""), ("marker", tool.marker_names[0])):
+        words = table.words.get(key)
+        column = [default] * table.rows if words is None else [words.names[c] for c in words.codes]
+        found.append(column)
+    return set(zip(*found, strict=True))
+
+
+def _points(robot: Robot, tool: Tool, cases: LoadCases, readings: Readings) -> Array:
+    """(R, 3) where each marker was, unloaded [m]."""
+    points = np.empty((len(readings.case), 3))
+    for start in range(0, len(cases), _CHUNK):
+        rows = np.flatnonzero((readings.case >= start) & (readings.case < start + _CHUNK))
+        posture = Posture(robot, cases.q[start : start + _CHUNK])
+        for k in np.unique(readings.marker[rows]):
+            mine = rows[readings.marker[rows] == k]
+            points[mine] = posture.point(tool.markers[k])[:, readings.case[mine] - start].T
+    return points

@@ -1,0 +1,201 @@
+"""From rows to readings: loaded minus unloaded, one for every marker of an experiment."""
+
+from __future__ import annotations
+
+from collections.abc import Container
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastocal.arrays import Array, BoolArray, IntArray
+from elastocal.errors import MeasurementFileError
+from elastocal.files.measurements.columns import AXES, DEFLECTIONS
+from elastocal.files.measurements.experiments import Grouping
+from elastocal.files.measurements.table import Table
+from elastocal.files.measurements.uncertainty import averaged, variances
+from elastocal.robot.chain import Tool
+
+
+@dataclass(frozen=True)
+class Readings:
+    """R readings.
+
+    Attributes:
+        case: (R,) experiment.
+        marker: (R,) marker.
+        deflection: (R, 3) in the frame of the file [m].
+        six: (R, 6) their own variances and covariances [m²]; None if they have none.
+        weight: (R,) variance over that of one loaded minus one unloaded reading.
+        remarks: What is odd.
+    """
+
+    case: IntArray
+    marker: IntArray
+    deflection: Array
+    six: Array | None
+    weight: Array
+    remarks: tuple[str, ...] = ()
+
+
+def markers(table: Table, tool: Tool) -> IntArray:
+    """(R,) position of the marker of every row in the tool.
+
+    Raises:
+        MeasurementFileError: a marker that the tool does not have.
+    """
+    if "marker" not in table.words:
+        return np.zeros(table.rows, dtype=np.int64)
+    words = table.words["marker"]
+    place = np.array([_place(name, tool.marker_names) for name in words.names])[words.codes]
+    wrong = np.flatnonzero(place < 0)
+    if len(wrong):
+        row = int(wrong[0])
+        raise MeasurementFileError(
+            f"{table.where(row, 'marker')}: the tool {tool.name!r} has no marker "
+            f"{words.names[words.codes[row]][:40]!r}; its markers are "
+            f"{', '.join(tool.marker_names)}"
+        )
+    return np.asarray(place, dtype=np.int64)
+
+
+def _place(name: str, known: tuple[str, ...]) -> int:
+    if name in known:
+        return known.index(name)
+    alike = [i for i, other in enumerate(known) if other.lower() == name.lower()]
+    return alike[0] if len(alike) == 1 else -1
+
+
+def deflections(
+    table: Table, grouping: Grouping, marker: IntArray, own: tuple[str, ...], tool: Tool
+) -> Readings:
+    """Readings of a table that has deflections.
+
+    Raises:
+        MeasurementFileError: a marker of an experiment is there twice, with other values.
+    """
+    values = table.vectors(DEFLECTIONS)
+    remarks = _repeated(table, values)
+    six = variances(table, own) if own else None
+    key = grouping.codes * len(tool.marker_names) + marker
+    first, group = np.unique(key, return_index=True, return_inverse=True)[1:]
+    again = np.flatnonzero(first[group] != np.arange(len(key)))
+    keep = np.ones(len(key), dtype=bool)
+    if len(again):
+        before = first[group[again]]
+        other = (values[again] != values[before]).any(axis=1)
+        if six is not None:
+            other |= (six[again] != six[before]).any(axis=1)
+        if other.any():
+            row, old = int(again[other.argmax()]), int(before[other.argmax()])
+            raise MeasurementFileError(
+                f"{table.where(row)}: experiment {grouping.names[grouping.codes[row]]!r}, marker "
+                f"{tool.marker_names[marker[row]]!r} was given in "
+                f"{table.line(old, row)} with another deflection; a repetition needs an "
+                "experiment name of its own"
+            )
+        keep[again] = False
+        remarks = [
+            f"{_rows(len(again))} repeated exactly, first at {table.where(int(again[0]))}; "
+            "counted once"
+        ]
+    return Readings(
+        grouping.codes[keep],
+        marker[keep],
+        values[keep],
+        None if six is None else six[keep],
+        np.ones(int(keep.sum())),
+        tuple(remarks),
+    )
+
+
+def differences(
+    table: Table,
+    grouping: Grouping,
+    marker: IntArray,
+    own: tuple[str, ...],
+    tool: Tool,
+    loaded: BoolArray,
+    excused: Container[tuple[str, str]],
+) -> Readings:
+    """Readings of a table that has loaded and unloaded positions.
+
+    Several readings of one state are averaged. Without uncertainties of their own, a difference
+    has the covariance of the instrument, half of it from each state.
+
+    Args:
+        table: Rows with positions.
+        grouping: Their experiments.
+        marker: (R,) their markers.
+        own: Columns with uncertainties.
+        tool: The tool with the markers.
+        loaded: (R,) whether a row was read under load.
+        excused: Experiments and markers of rows left out as invalid; what they leave without its
+            counterpart is left out too, and said.
+
+    Raises:
+        MeasurementFileError: loaded without unloaded or the reverse.
+    """
+    values = table.vectors(AXES)
+    key = grouping.codes * len(tool.marker_names) + marker
+    pairs, first, group = np.unique(key, return_index=True, return_inverse=True)
+    sides = []
+    for rows in (np.flatnonzero(loaded), np.flatnonzero(~loaded)):
+        count = np.bincount(group[rows], minlength=len(pairs))
+        total = np.stack(
+            [np.bincount(group[rows], values[rows, k], len(pairs)) for k in range(3)], axis=1
+        )
+        six = averaged(variances(table, own)[rows], group[rows], count) if own else None
+        sides.append((count, total / np.maximum(count, 1)[:, None], six))
+    (n_on, on, six_on), (n_off, off, six_off) = sides
+    alone = np.flatnonzero((n_on == 0) | (n_off == 0))
+    remarks = _repeated(table, values)
+    if len(alone):
+        lost = alone[np.argsort(first[alone])]
+        for row in map(int, first[lost]):
+            named = grouping.names[grouping.codes[row]], tool.marker_names[marker[row]]
+            if named in excused:
+                continue
+            has, lacks = ("loaded", "unloaded") if loaded[row] else ("unloaded", "loaded")
+            raise MeasurementFileError(
+                f"{table.where(row)}: experiment {named[0]!r}, marker {named[1]!r} "
+                f"has a reading {has} but none {lacks}"
+            )
+        remarks.append(
+            f"{len(lost)} readings are left out because their counterpart is marked invalid, "
+            f"first at {table.where(int(first[lost[0]]))}"
+        )
+    good = np.setdiff1d(np.arange(len(pairs)), alone)
+    good = good[np.argsort(first[good])]
+    weight = 0.5 / np.maximum(n_on, 1) + 0.5 / np.maximum(n_off, 1)
+    return Readings(
+        grouping.codes[first[good]],
+        marker[first[good]],
+        (on - off)[good],
+        None if six_on is None or six_off is None else (six_on + six_off)[good],
+        weight[good],
+        tuple(remarks),
+    )
+
+
+def _repeated(table: Table, values: Array) -> list[str]:
+    """A beam that broke leaves the last point in the log again, to the last digit.
+
+    The sort is stable, so of equal rows the later ones are named.
+    """
+    bits = np.ascontiguousarray(values).view(np.uint64)
+    digest = np.sort(bits @ np.array([1, 0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F], dtype=np.uint64))
+    if not (digest[1:] == digest[:-1]).any():
+        return []  # as good as always, and much cheaper than to sort rows
+    order = np.lexsort(values.T)
+    same = (values[order[1:]] == values[order[:-1]]).all(axis=1)
+    again = np.sort(order[1:][same & values[order[1:]].any(axis=1)])
+    if not len(again):
+        return []
+    return [
+        f"{_rows(len(again))} repeat a point to the last digit, first at "
+        f"{table.where(int(again[0]))}: was the beam broken there?"
+    ]
+
+
+def _rows(count: int) -> str:
+    return "1 row" if count == 1 else f"{count} rows"

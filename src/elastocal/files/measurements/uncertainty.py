@@ -1,0 +1,96 @@
+"""Uncertainties of readings that came with them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from elastocal.arrays import Array, IntArray
+from elastocal.errors import MeasurementFileError
+from elastocal.files.measurements.columns import COVARIANCES, UNCERTAINTIES
+from elastocal.files.measurements.table import Table
+
+COVERAGE = 2.0
+"""U95 is this many standard uncertainties."""
+_SIX = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+
+
+def kind_of_uncertainty(keys: object, where: str) -> tuple[str, ...]:
+    """The columns with uncertainties, () if there are none.
+
+    Raises:
+        MeasurementFileError: some of three axes, or more than one kind.
+    """
+    assert hasattr(keys, "__contains__")
+    found = [names for names in UNCERTAINTIES if any(name in keys for name in names)]
+    if len(found) > 1:
+        raise MeasurementFileError(
+            f"{where}: columns {found[0][0]!r} and {found[1][0]!r} both give an uncertainty; "
+            "keep one of them"
+        )
+    names = found[0] if found else ()
+    absent = [name for name in names if name not in keys]
+    if absent:
+        raise MeasurementFileError(
+            f"{where}: column '{absent[0]} [mm]' is missing beside those of the other axes"
+        )
+    crossed = [name for name in COVARIANCES if name in keys]
+    if crossed and (len(crossed) < 3 or names != UNCERTAINTIES[1]):
+        raise MeasurementFileError(
+            f"{where}: column {crossed[0]!r} needs all of ux, uy, uz, cxy, cxz and cyz"
+        )
+    return names
+
+
+def variances(table: Table, names: tuple[str, ...]) -> Array:
+    """(R, 6) variances xx, yy, zz and covariances xy, xz, yz of every row [m²].
+
+    Raises:
+        MeasurementFileError: an uncertainty that is not positive, by row and column.
+    """
+    six = np.zeros((table.rows, 6))
+    scale = 1.0 / COVERAGE if names[0].startswith("U95") else 1.0
+    for name in names:
+        wrong = np.flatnonzero(~(table.numbers[name] > 0.0))
+        if len(wrong):
+            row = int(wrong[0])
+            raise MeasurementFileError(
+                f"{table.where(row, name)}: an uncertainty must be positive, found "
+                f"{1e3 * table.numbers[name][row]:g} mm"
+            )
+    for axis in range(3):
+        six[:, axis] = (scale * table.numbers[names[axis % len(names)]]) ** 2
+    if table.has(*COVARIANCES):
+        for i, key in enumerate(COVARIANCES):
+            six[:, 3 + i] = table.numbers[key]
+        _check_positive(six, table)
+    return six
+
+
+def matrices(six: Array) -> Array:
+    """(R, 3, 3) covariances of (R, 6) [m²]."""
+    result = np.empty((len(six), 3, 3))
+    for k, (i, j) in enumerate(_SIX):
+        result[:, i, j] = result[:, j, i] = six[:, k]
+    return result
+
+
+def six_of(covariance: Array) -> Array:
+    """(R, 6) of (R, 3, 3) covariances [m²]."""
+    return np.stack([covariance[:, i, j] for i, j in _SIX], axis=1)
+
+
+def averaged(six: Array, group: IntArray, count: IntArray) -> Array:
+    """(G, 6) covariances of the means over G groups of `count` independent rows [m²]."""
+    total = np.stack([np.bincount(group, six[:, k], len(count)) for k in range(6)], axis=1)
+    return np.asarray(total / np.maximum(count, 1)[:, None] ** 2)
+
+
+def _check_positive(six: Array, table: Table) -> None:
+    scale = np.sqrt(six[:, :3])
+    unit = matrices(six) / (scale[:, :, None] * scale[:, None, :])
+    wrong = np.flatnonzero(~(np.linalg.eigvalsh(unit)[:, 0] > 1e-9))
+    if len(wrong):
+        raise MeasurementFileError(
+            f"{table.where(int(wrong[0]))}: cxy, cxz and cyz do not fit to ux, uy and uz; their "
+            "matrix must be positive definite"
+        )

@@ -1,0 +1,78 @@
+"""Campaign files: campaigns.json, what many virtual campaigns of plans came to."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from elastocal import __version__
+from elastocal.arrays import Array
+from elastocal.elastic.regressor import VirtualJoints
+from elastocal.files.compliance_units import unit_of
+from elastocal.files.texts import finite, write_text
+from elastocal.simulation.monte_carlo import Campaigns, MonteCarlo
+
+QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+
+
+def write_campaigns(found: MonteCarlo, springs: VirtualJoints, path: str | Path) -> None:
+    """Write campaigns.json; `springs` are those that the study identifies."""
+    document = finite(campaigns_document(found, springs))
+    write_text(Path(path), json.dumps(document, indent=2, ensure_ascii=False) + "\n")
+
+
+def campaigns_document(found: MonteCarlo, springs: VirtualJoints) -> dict[str, Any]:
+    """The content of campaigns.json: millimetres; compliances in SI with their unit."""
+    return {
+        "elastocal": 1,
+        "kind": "campaigns",
+        "made_by": f"elastocal {__version__}",
+        "campaigns": found.number,
+        "seed": found.seed,
+        "fit": {"model": found.how.model, "sigma": found.how.sigma},
+        "linear_truth": found.linear,
+        "taken_as_known": list(found.known),
+        "test_poses": list(found.test_poses),
+        "plans": {one.name: _plan(found, one, springs) for one in found.plans},
+    }
+
+
+def _plan(found: MonteCarlo, one: Campaigns, springs: VirtualJoints) -> dict[str, Any]:
+    statistic, chance = one.likelihood_ratio()
+    each = zip(one.rho0_each, np.sqrt(np.mean(one.error**2, axis=0)), strict=True)
+    return {
+        "experiments": one.experiments,
+        "rho0_mm": 1e3 * one.rho0,
+        "rms_mm": 1e3 * one.rms,
+        "mean_mm": 1e3 * float(one.total.mean()),
+        "quantiles_mm": {
+            f"{q:g}": 1e3 * float(v)
+            for q, v in zip(QUANTILES, np.quantile(one.total, QUANTILES), strict=True)
+        },
+        "each_test_pose_mm": {
+            name: {"rho0": 1e3 * float(rho), "rms": 1e3 * float(rms)}
+            for name, (rho, rms) in zip(found.test_poses, each, strict=True)
+        },
+        "compliance": {
+            name: {
+                "unit": unit_of("compliance", bool(springs.prismatic[i])),
+                "truth": float(one.truth[i]),
+                "mean": float(one.estimate[:, i].mean()),
+                "standard_error": float(one.predicted_error[i]),
+                "standard_deviation": float(one.estimate[:, i].std(ddof=1)),
+                "bias_over_standard_error": float(one.bias[i]),
+                "coverage_95": float(one.coverage[i]),
+            }
+            for i, name in enumerate(found.springs)
+        },
+        "covariance_test": {"statistic": statistic, "p_value": chance},
+        "errors_mm": _rounded(1e3 * one.total),
+    }
+
+
+def _rounded(values: Array) -> list[float]:
+    """Six digits: enough for a histogram."""
+    return [float(f"{v:.6g}") for v in values]

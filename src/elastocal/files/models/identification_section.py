@@ -1,0 +1,96 @@
+"""What an identification adds to a model file: how it was fitted, and what to make of it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from elastocal.identification.identify import Identification
+from elastocal.identification.validation import Validation, summary
+
+
+def identification_sections(found: Identification) -> dict[str, Any]:
+    """The sections `identification` and `diagnostics` of a model file."""
+    how, lack = found.how, found.lack_of_fit
+    return {
+        "identification": {
+            "identified": list(found.identified),
+            "model": how.model,
+            "sigma": how.sigma,
+            "loss": how.loss,
+            "nonnegative": how.nonnegative,
+            "confidence": how.confidence,
+            "interval": _named(found, found.interval.tolist()),
+            "linear_model": _named(found, found.linear.tolist()),
+            "iterations": found.iterations,
+            "experiments": len(found.measurements.cases),
+            "readings": len(found.measurements),
+        },
+        "diagnostics": {
+            "remarks": list(found.remarks),
+            "scale_of_noise": found.scale,
+            "chi_square": found.chi_square,
+            "degrees_of_freedom": found.dof,
+            "lack_of_fit": None if lack is None else vars(lack),
+            "correlation": found.correlation.tolist(),
+            "singular_values": found.singular_values.tolist(),
+            "rms_residual_mm": 1e3 * summary(found.residual).rms,
+            "experiments": _experiments(found),
+        },
+    }
+
+
+def _named(found: Identification, values: list[Any]) -> dict[str, Any]:
+    return dict(zip(found.identified, values, strict=True))
+
+
+_MOST = 10_000  # experiments listed one by one; a longer list helps nobody
+
+
+def _experiments(found: Identification) -> list[dict[str, Any]]:
+    """Leverage, Cook's distance and the worst reading of every experiment."""
+    data = found.measurements
+    if len(data.cases) > _MOST:
+        return []
+    worst = np.zeros(len(data.cases))
+    np.maximum.at(worst, data.case, np.linalg.norm(found.left_out, axis=1))
+    weight = np.ones(len(data.cases))
+    np.minimum.at(weight, data.case, found.weight)
+    return [
+        {
+            "name": name,
+            "leverage": float(found.influence.leverage[i]),
+            "cook_distance": float(found.influence.cook[i]),
+            "left_out_error_mm": 1e3 * float(worst[i]),
+            "weight": float(weight[i]),
+        }
+        for i, name in enumerate(data.names)
+    ]
+
+
+def validation_document(found: Validation) -> dict[str, Any]:
+    """A validation for programs."""
+    data = found.measurements
+    before, after = found.by_experiment(found.before), found.by_experiment(found.after)
+    return {
+        "kept_aside": found.kept_aside,
+        "experiments": len(data.cases),
+        "readings": len(data),
+        "before_mm": _millimetres(found.before),
+        "after_mm": _millimetres(found.after),
+        "confidence": found.confidence,
+        "coordinates": found.coordinates,
+        "share_inside": found.inside,
+        "chi_square": found.chi_square,
+        "degrees_of_freedom": found.dof,
+        "p_value": found.p_value,
+        "each": [
+            {"name": name, "before_mm": 1e3 * float(b), "after_mm": 1e3 * float(a)}
+            for name, b, a in zip(data.names, before, after, strict=True)
+        ][:_MOST],
+    }
+
+
+def _millimetres(error: Any) -> dict[str, float]:
+    return {name: 1e3 * value for name, value in vars(summary(error)).items()}

@@ -1,0 +1,1 @@
+"""Paths to be corrected, and corrected paths."""

@@ -1,0 +1,51 @@
+"""The continuous design in the certificate of a plan.json, read back."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from elastocal.arrays import Array, frozen
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.errors import PlanFileError
+from elastocal.files.plans.load_case_entries import finite_at, read_load_cases
+from elastocal.files.plans.proposal_file import document_of
+from elastocal.files.texts import read_text
+from elastocal.robot.chain import Robot
+
+
+class CertifiedDesign(NamedTuple):
+    """What a certificate rests on."""
+
+    support: LoadCases
+    """S load cases of the continuous design."""
+    weights: Array
+    """(S,) their weights; they sum to 1."""
+    peak: LoadCases
+    """The load case where the sensitivity is largest."""
+
+
+def read_certified_design(path: str | Path, robot: Robot) -> CertifiedDesign | None:
+    """The continuous design in a plan file; None if there is none, as in a plan.csv.
+
+    Raises:
+        PlanFileError: not a plan, or not for this robot; names the key.
+    """
+    path = Path(path)
+    if path.suffix.lower() == ".csv":
+        return None
+    section = document_of(read_text(path), path).get("certificate")
+    if not isinstance(section, dict) or "continuous_design" not in section:
+        return None
+    where = f"{path}: certificate"
+    entries = section["continuous_design"]
+    support = read_load_cases(entries, robot, f"{where}, continuous_design")
+    weights = np.array(
+        [finite_at(entry.get("weight"), f"{where}: weight of a load case") for entry in entries]
+    )
+    if not ((weights >= 0.0).all() and weights.sum() > 0.0):
+        raise PlanFileError(f"{where}: the weights of continuous_design must be shares of 1")
+    peak = read_load_cases([section.get("peak")], robot, f"{where}, peak")
+    return CertifiedDesign(support, frozen(weights / weights.sum()), peak)

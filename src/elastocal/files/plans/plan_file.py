@@ -1,0 +1,160 @@
+"""Plan files: plan.json for programs, plan.csv for people; `proposal_file` reads both back."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from elastocal import __version__
+from elastocal.files.compliance_units import unit_of
+from elastocal.files.plans.done_section import done_section
+from elastocal.files.plans.load_case_entries import columns, load_case_entries
+from elastocal.files.plans.via_points import VIA, via_document
+from elastocal.files.texts import finite, write_text
+from elastocal.planning.certificate import Certificate
+from elastocal.planning.plan import Plan
+from elastocal.robot.chain import Robot
+from elastocal.study.criteria import POSITION_ERRORS
+from elastocal.study.study import Study
+
+
+def study_hash(study: Study) -> str:
+    """SHA-256 of the study file's text."""
+    return hashlib.sha256(study.text.encode()).hexdigest()
+
+
+def write_plan(plan: Plan, path: str | Path) -> None:
+    """Write plan.json."""
+    document = finite(plan_document(plan))
+    write_text(Path(path), json.dumps(document, indent=2, ensure_ascii=False) + "\n")
+
+
+def plan_document(plan: Plan) -> dict[str, Any]:
+    """The content of plan.json: degrees, millimetres, newtons."""
+    study, worth = plan.study, plan.assessment
+    robot, times = study.robot, plan.schedule
+    cases = []
+    for i, case in enumerate(load_case_entries(robot, plan.load_cases)):
+        near = worth.nearest[i]
+        scale, unit = {"rad": (180.0 / np.pi, "deg"), "m": (1e3, "mm")}.get(
+            near.unit, (1.0, near.unit)
+        )
+        cases.append(
+            case
+            | {
+                "repeats": int(plan.repeats[i]),
+                "done_after_min": float(times.ends[i]) / 60.0,
+                "nearest_constraint": {
+                    "name": near.name,
+                    "margin": scale * near.margin,
+                    "unit": unit,
+                },
+            }
+        )
+    springs = study.springs
+    errors = zip(springs.names, springs.prismatic, worth.standard_error, strict=True)
+    return {
+        "elastocal": 1,
+        "kind": "plan",
+        "made_by": f"elastocal {__version__}",
+        "study": _origin(study),
+        "criterion": plan.criterion,
+        "seed": plan.seed,
+        "experiments": plan.count,
+        "free_joints": list(plan.free_joints),
+        "load_cases": cases,
+        **via_document(robot, plan.via),
+        "schedule": {
+            "hours": times.hours,
+            **{f"{what.replace(' ', '_')}_min": value for what, value in times.minutes.items()},
+        },
+        **({} if study.done is None else {"after": done_section(robot, study.done)}),
+        "rho0_mm": 1e3 * worth.rho0,
+        "rho0_each_mm": {
+            pose.name: 1e3 * rho
+            for pose, rho in zip(study.test_poses, worth.rho0_each, strict=True)
+        },
+        "standard_error": {
+            name: {"value": float(error), "unit": unit_of("compliance", bool(slides))}
+            for name, slides, error in errors
+        },
+        "criteria": _criteria(worth.criteria),
+        "certificate": _certificate(robot, plan.certificate),
+    }
+
+
+def _origin(study: Study) -> dict[str, str]:
+    """The study that a plan is made from, and the robot file it names."""
+    origin = {"name": study.name, "sha256": study_hash(study), "text": study.text}
+    return origin | ({"robot_sha256": study.robot.sha256} if study.robot.sha256 else {})
+
+
+def _criteria(values: dict[str, float]) -> dict[str, float]:
+    return {
+        f"{k}_mm" if k in POSITION_ERRORS else k: 1e3 * v if k in POSITION_ERRORS else v
+        for k, v in values.items()
+    }
+
+
+def _certificate(robot: Robot, certificate: Certificate) -> dict[str, Any]:
+    if certificate.kind == "none":
+        return {
+            "kind": "none",
+            "criterion": certificate.criterion,
+            "why": "this criterion is not concave: no bound is known",
+        }
+    assert certificate.peak is not None
+    assert certificate.support is not None
+    assert certificate.weights is not None
+    key = {
+        "test-pose": "rho0_lower_bound_mm",
+        "worst": "worst_lower_bound_mm",
+        "G": "G_lower_bound_mm",
+    }.get(certificate.criterion)
+    # The other criteria are compared by efficiency: their losses 1/√φ have units of their own.
+    bound = {key: 1e3 * certificate.lower_bound} if key else {}
+    return {
+        "kind": certificate.kind,
+        "criterion": certificate.criterion,
+        **bound,
+        "efficiency": certificate.efficiency,
+        "fresh_starts": certificate.fresh_starts,
+        "attained": certificate.attained,
+        "floored": certificate.floored,
+        "peak": {
+            **next(load_case_entries(robot, certificate.peak)),
+            "ratio": certificate.peak_ratio,
+        },
+        "continuous_design": [
+            case | {"weight": float(weight)}
+            for case, weight in zip(
+                load_case_entries(robot, certificate.support), certificate.weights, strict=True
+            )
+        ],
+    }
+
+
+def write_run_sheet(plan: Plan, path: str | Path) -> None:
+    """Write plan.csv: one row per configuration, in order of execution."""
+    robot = plan.study.robot
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow([*columns(robot), "repeats", "nearest constraint"])
+    scale, count = robot.shown_scale, len(plan.load_cases)
+    for i in range(count + 1):
+        for q in plan.via[i] if plan.via else ():
+            passed = [f"{value:.4f}" for value in scale * q]
+            writer.writerow([VIA, *passed, *["0"] * 6, 0, "passed without stopping"])
+        if i == count:
+            break
+        joints = [f"{value:.4f}" for value in scale * plan.load_cases.q[i]]
+        loads = [f"{value + 0.0:.9g}" for value in plan.load_cases.wrench[i]]
+        near = plan.assessment.nearest[i].name
+        writer.writerow([i + 1, *joints, *loads, int(plan.repeats[i]), near])
+    write_text(Path(path), out.getvalue())

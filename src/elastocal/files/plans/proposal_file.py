@@ -1,0 +1,201 @@
+"""Plans as they are read back: believed only after they have been judged."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from elastocal.arrays import Array, IntArray
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.errors import PlanFileError
+from elastocal.files.plans.done_section import read_done
+from elastocal.files.plans.load_case_entries import LARGEST, columns, finite_at, read_load_cases
+from elastocal.files.plans.via_points import VIA, read_via, split_via
+from elastocal.files.texts import read_text
+from elastocal.robot.chain import Robot
+from elastocal.study.study import Done, Study
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A plan as somebody claims it, not yet believed.
+
+    Attributes:
+        name: Name of the file.
+        load_cases: S load cases.
+        repeats: (S,) how often each is measured.
+        claims: What the file says of itself: rho0 [m], lower_bound [m], efficiency,
+            standard_error {joint: rad/(N·m)}; whatever is there.
+        study_hash: Hash of the study it was made from, empty if not said.
+        criterion: Criterion it was made for, empty if not said.
+        seed: Seed of the search, None if not said.
+        robot_hash: Hash of the robot file it was made with, empty if not said.
+        done: What was measured before it, None if nothing.
+        via: Configurations passed on the way, see `motion.Vias`; empty if there are none.
+    """
+
+    name: str
+    load_cases: LoadCases
+    repeats: IntArray
+    claims: dict[str, Any] = field(default_factory=dict)
+    study_hash: str = ""
+    criterion: str = ""
+    seed: int | None = None
+    robot_hash: str = ""
+    done: Done | None = None
+    via: tuple[Array, ...] = ()
+
+
+def read_proposal(path: str | Path, study: Study) -> Proposal:
+    """A plan file, JSON or CSV by its ending.
+
+    Raises:
+        PlanFileError: not a plan, or not for this robot; names row, column or key.
+    """
+    path = Path(path)
+    text = read_text(path)
+    if path.suffix.lower() == ".csv":
+        return _read_csv(text, path, study.robot)
+    return _read_json(text, path, study.robot)
+
+
+def document_of(text: str, path: Path) -> Any:
+    """The content of a plan.json.
+
+    Raises:
+        PlanFileError: not JSON, not a plan, or of another version.
+    """
+    try:
+        document = json.loads(text)
+    except json.JSONDecodeError as error:
+        raise PlanFileError(
+            f"{path}, line {error.lineno}, column {error.colno}: not valid JSON: {error.msg}"
+        ) from None
+    except RecursionError:
+        raise PlanFileError(f"{path}: nested too deeply") from None
+    except ValueError as error:
+        raise PlanFileError(f"{path}: not valid JSON: {error}") from None
+    if not isinstance(document, dict) or document.get("kind") != "plan":
+        raise PlanFileError(f'{path}: not a plan file; expected JSON with "kind": "plan"')
+    if document.get("elastocal") != 1:
+        raise PlanFileError(
+            f"{path}: format version {document.get('elastocal')!r} is not known; "
+            "this program reads 1"
+        )
+    return document
+
+
+def _read_json(text: str, path: Path, robot: Robot) -> Proposal:
+    document = document_of(text, path)
+    entries = document.get("load_cases")
+    if not isinstance(entries, list) or not entries:
+        raise PlanFileError(f"{path}: load_cases must be a list with at least one load case")
+    cases = read_load_cases(entries, robot, str(path))
+    counts = [entry.get("repeats") for entry in entries]
+    repeats = np.array([_repeats(n, f"{path}, load case {i + 1}") for i, n in enumerate(counts)])
+    claims: dict[str, Any] = {}
+    if "rho0_mm" in document:
+        claims["rho0"] = finite_at(document["rho0_mm"], f"{path}: rho0_mm") / 1e3
+    if "experiments" in document:
+        claims["experiments"] = finite_at(document["experiments"], f"{path}: experiments")
+    certificate = document.get("certificate", {})
+    if isinstance(certificate, dict):
+        if "rho0_lower_bound_mm" in certificate:
+            bound = finite_at(certificate["rho0_lower_bound_mm"], f"{path}: rho0_lower_bound_mm")
+            claims["lower_bound"] = bound / 1e3
+        if "efficiency" in certificate:
+            claims["efficiency"] = finite_at(certificate["efficiency"], f"{path}: efficiency")
+    errors = document.get("standard_error", {})
+    if isinstance(errors, dict):
+        claims["standard_error"] = {
+            str(name): finite_at(entry.get("value"), f"{path}: standard_error of {name}")
+            for name, entry in errors.items()
+            if isinstance(entry, dict)
+        }
+    study = document.get("study", {})
+    origin = study if isinstance(study, dict) else {}
+    seed = document.get("seed")
+    return Proposal(
+        path.name,
+        cases,
+        repeats,
+        claims,
+        str(origin.get("sha256", "")),
+        str(document.get("criterion", "")),
+        seed if isinstance(seed, int) else None,
+        str(origin.get("robot_sha256", "")),
+        read_done(document["after"], robot, f"{path}: after") if "after" in document else None,
+        read_via(document.get("via", []), robot, len(cases), str(path)),
+    )
+
+
+def _repeats(value: Any, where: str) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= 1_000_000:
+        raise PlanFileError(f"{where}: repeats must be a whole number from 1, found {value!r}")
+    return value
+
+
+def _read_csv(text: str, path: Path, robot: Robot) -> Proposal:
+    try:
+        lines = list(enumerate(csv.reader(io.StringIO(text, newline=None)), 1))
+    except csv.Error as error:
+        raise PlanFileError(f"{path}: not a table of comma-separated values: {error}") from None
+    rows = [(number, row) for number, row in lines if any(cell.strip() for cell in row)]
+    if len(rows) < 2:
+        raise PlanFileError(f"{path}: expected a header and at least one configuration")
+    header = [cell.strip() for cell in rows[0][1]]
+    wanted = [*columns(robot)[1:], "repeats"]
+    optional = {f"T{axis} [N.m]" for axis in "xyz"}
+    for column in wanted:
+        if column not in header and column not in optional:
+            bare = column.split(" [")[0]
+            near = [cell for cell in header if cell.split(" [")[0] == bare]
+            hint = f", found {near[0]!r}" if near else ""
+            raise PlanFileError(f"{path}, line {rows[0][0]}: column {column!r} is missing{hint}")
+    table = np.zeros((len(rows) - 1, len(wanted)))
+    for i, (number, row) in enumerate(rows[1:]):
+        if len(row) != len(header):
+            raise PlanFileError(
+                f"{path}, line {number}: {len(row)} cells where the header has {len(header)}"
+            )
+        for j, column in enumerate(wanted):
+            if column in header:
+                cell = row[header.index(column)].strip()
+                where = f"{path}, line {number}, column {column!r}"
+                table[i, j] = _cell(cell, where)
+    n = len(robot.joints)
+    scale = np.where(robot.prismatic, 1e-3, np.pi / 180.0)
+    first = header.index("configuration") if "configuration" in header else None
+    passed = np.array(
+        [first is not None and row[first].strip().lower() == VIA for _, row in rows[1:]]
+    )
+    repeats = table[:, -1]
+    for i, (number, _) in enumerate(rows[1:]):
+        whole = repeats[i] == round(repeats[i]) and 1 <= repeats[i] <= 1_000_000
+        if not whole and not passed[i]:
+            raise PlanFileError(
+                f"{path}, line {number}: repeats must be a whole number from 1, "
+                f"found {repeats[i]:g}"
+            )
+    if passed.all():
+        raise PlanFileError(f"{path}: expected at least one configuration that is measured")
+    q, stops = table[:, :n] * scale, ~passed
+    cases = LoadCases(q[stops], table[stops, n : n + 6])
+    via = split_via(q[passed], np.cumsum(stops)[passed], len(cases))
+    return Proposal(path.name, cases, repeats[stops].astype(np.int64), via=via)
+
+
+def _cell(cell: str, where: str) -> float:
+    try:
+        value = float(cell)
+    except ValueError:
+        raise PlanFileError(f"{where}: expected a number, found {cell!r}") from None
+    if not abs(value) < LARGEST:
+        raise PlanFileError(f"{where}: expected a finite number, found {cell[:40]!r}")
+    return value

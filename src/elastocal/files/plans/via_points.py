@@ -1,0 +1,69 @@
+"""Via points in plan files: configurations that the robot passes without stopping."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from elastocal.arrays import Array, IntArray
+from elastocal.errors import PlanFileError
+from elastocal.files.plans.load_case_entries import configuration_at
+from elastocal.robot.chain import Robot
+
+VIA = "via"
+"""What stands for the number of a configuration in plan.csv where none is measured."""
+_MOST = 10_000
+
+
+def via_document(robot: Robot, via: Sequence[Array]) -> dict[str, Any]:
+    """The key `via` of plan.json; nothing if the plan needs none."""
+    entries = []
+    for leg, points in enumerate(via):
+        for q in points:
+            entry: dict[str, Any] = {"to": leg + 1 if leg < len(via) - 1 else "home", "q_deg": {}}
+            for joint, value in zip(robot.joints, q, strict=True):
+                if joint.prismatic:
+                    entry.setdefault("q_mm", {})[joint.name] = 1e3 * float(value)
+                else:
+                    entry["q_deg"][joint.name] = float(np.degrees(value))
+            entries.append(entry)
+    return {"via": entries} if entries else {}
+
+
+def read_via(entries: Any, robot: Robot, count: int, where: str) -> tuple[Array, ...]:
+    """Via points of a plan with `count` load cases; empty if there are none.
+
+    Raises:
+        PlanFileError: names the entry.
+    """
+    if not isinstance(entries, list) or len(entries) > _MOST:
+        raise PlanFileError(f"{where}: via must be a list of at most {_MOST} configurations")
+    q, legs = [], []
+    for i, entry in enumerate(entries):
+        here = f"{where}, via {i + 1}"
+        if not isinstance(entry, dict):
+            raise PlanFileError(f"{here}: expected a section of keys")
+        to = entry.get("to")
+        leg = count if to == "home" else _whole(to) - 1
+        if not 0 <= leg < count and to != "home":
+            raise PlanFileError(
+                f"{here}: 'to' must be home or a load case from 1 to {count}, found {to!r}"
+            )
+        q.append(configuration_at(entry, robot, here))
+        legs.append(leg)
+    order = np.argsort(legs, kind="stable")
+    points = np.array(q).reshape(-1, len(robot.joints))
+    return split_via(points[order], np.array(legs, dtype=np.int64)[order], count)
+
+
+def split_via(points: Array, legs: IntArray, count: int) -> tuple[Array, ...]:
+    """Points (K, n) by leg, 0 to `count`; empty if there are none."""
+    if not len(points):
+        return ()
+    return tuple(points[legs == leg] for leg in range(count + 1))
+
+
+def _whole(value: Any) -> int:
+    return value if isinstance(value, int) and not isinstance(value, bool) else 0

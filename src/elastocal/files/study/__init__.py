@@ -1,0 +1,1 @@
+"""Study files, section by section."""

@@ -1,0 +1,1 @@
+"""Tables as people and instruments write them: text, separators, numbers, units."""

@@ -1,0 +1,118 @@
+"""Small tables of numbers in CSV with units in the header; errors say line and column."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from elastocal.arrays import Array
+from elastocal.errors import MeasurementFileError, PathFileError
+from elastocal.files.tables.decoding import decoded
+from elastocal.files.tables.layout import Style, layout
+from elastocal.files.tables.units import UNITS, spelled, split_header
+
+ANGLES, LENGTHS = UNITS["angle"], UNITS["length"]
+FORCES, TORQUES = UNITS["force"], UNITS["torque"]
+PLAIN = {"": 1.0, "-": 1.0}
+
+_COMMA = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?")
+_LARGEST = 1e12
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table whose cells are still text.
+
+    Attributes:
+        path: File it comes from.
+        sha256: Hash of its bytes.
+        header_line: Line of the header.
+        columns: Name of every column with its unit, empty if it has none.
+        rows: Line number and cells of every row that is not blank.
+        decimal_comma: Whether a comma is the decimal sign.
+    """
+
+    path: Path
+    sha256: str
+    header_line: int
+    columns: tuple[tuple[str, str], ...]
+    rows: tuple[tuple[int, tuple[str, ...]], ...]
+    decimal_comma: bool
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the columns without their units."""
+        return tuple(name for name, _ in self.columns)
+
+    def text(self, name: str) -> list[str]:
+        """The cells of a column as they are."""
+        index = self.names.index(name)
+        return [cells[index] for _, cells in self.rows]
+
+    def numbers(self, names: Sequence[str], units: Mapping[str, float]) -> Array:
+        """(rows, len(names)) numbers of columns of one kind, in SI.
+
+        Args:
+            names: Columns that are there.
+            units: Factor to SI of every unit that they may have.
+
+        Raises:
+            PathFileError: a unit is missing or of another kind, a cell is no finite number.
+        """
+        result = np.zeros((len(self.rows), len(names)))
+        for j, name in enumerate(names):
+            index = self.names.index(name)
+            unit = spelled(self.columns[index][1])
+            if unit not in units:
+                known = "no unit" if "" in units else f"one of the units {', '.join(units)}"
+                raise PathFileError(
+                    f"{self.path}, line {self.header_line}, column {name!r}: expected {known}, "
+                    f"found {f'[{unit}]' if unit else 'none'}"
+                )
+            for i, (line, cells) in enumerate(self.rows):
+                where = f"{self.path}, line {line}, column {name!r}"
+                result[i, j] = units[unit] * self._number(cells[index], where)
+        return result
+
+    def _number(self, cell: str, where: str) -> float:
+        if not cell:
+            raise PathFileError(f"{where}: the cell is empty; expected a number")
+        if self.decimal_comma and "." in cell:
+            raise PathFileError(
+                f"{where}: expected a number with a decimal comma as in other cells, found "
+                f"{cell[:40]!r}"
+            )
+        try:
+            value = float(cell.replace(",", ".") if self.decimal_comma else cell)
+        except ValueError:
+            raise PathFileError(f"{where}: expected a number, found {cell[:40]!r}") from None
+        if not abs(value) < _LARGEST:
+            raise PathFileError(f"{where}: expected a finite number, found {cell[:40]!r}")
+        return value
+
+
+def read_table(path: Path) -> Table:
+    """The table in a text file; delimiters and encodings as in measurement files.
+
+    A comma is the decimal sign where it does not separate cells and numbers have it.
+
+    Raises:
+        PathFileError: no table, no rows, rows of another length than the header, a column twice.
+    """
+    try:
+        file = decoded(path)
+        found = layout(file, Style())
+        rows = tuple((line, tuple(cell.strip() for cell in row)) for line, row in found.rows())
+    except MeasurementFileError as error:
+        raise PathFileError(str(error)) from None
+    columns = tuple((name, unit or "") for name, unit in map(split_header, found.header))
+    names = [name for name, _ in columns]
+    for name in names:
+        if name and names.count(name) > 1:
+            raise PathFileError(f"{path}, line {found.first}: column {name!r} is there twice")
+    commas = any(_COMMA.fullmatch(cell) for _, row in rows for cell in row)
+    return Table(path, file.sha256, found.first, columns, rows, commas)

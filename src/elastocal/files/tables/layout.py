@@ -1,0 +1,204 @@
+"""Layout of a table in text: delimiter, header, where the data begin."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from itertools import islice
+from typing import TYPE_CHECKING
+
+from elastocal.errors import MeasurementFileError
+from elastocal.files.tables.decoding import FileText
+
+if TYPE_CHECKING:
+    import _csv
+
+DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar"}
+WIDEST = 10_000
+_NUMBER = re.compile(r"\s*'?[-+−]?[\d.,]+([eE][-+]?\d+)?\s*")
+_VERSION = re.compile(r"#\s*elastocal measurements, version (\S+)")
+
+
+@dataclass(frozen=True)
+class Style:
+    """How a file is written, as far as somebody says so; None: found out.
+
+    Attributes:
+        delimiter: Between cells; " " stands for any run of spaces.
+        decimal: Decimal sign, "." or ",".
+        encoding: Encoding of the text.
+        skip_lines: Lines before the header that mean nothing.
+        header: Whether there is a header.
+    """
+
+    delimiter: str | None = None
+    decimal: str | None = None
+    encoding: str | None = None
+    skip_lines: int = 0
+    header: bool = True
+
+
+@dataclass(frozen=True)
+class Layout:
+    """A file whose header is known.
+
+    Attributes:
+        file: Its text.
+        lines: Its lines; comments are empty.
+        delimiter: Between cells.
+        header: Names of the columns, as written, single spaces; numbers if there is no header.
+        first: Index of the first line of data in `lines`.
+        remark: What is odd about comments and the end, empty if nothing is.
+    """
+
+    file: FileText
+    lines: list[str]
+    delimiter: str
+    header: tuple[str, ...]
+    first: int
+    remark: str = ""
+
+    def rows(self) -> Iterator[tuple[int, list[str]]]:
+        """(line, cells) of every row of data that is not blank.
+
+        Raises:
+            MeasurementFileError: a quote that is not closed, a row with more or fewer cells.
+        """
+        path, width = self.file.path, len(self.header)
+        last = len(self.lines)
+        reader = _reader(islice(self.lines, self.first, None), self.delimiter)
+        begun = 0
+        try:
+            for row in reader:
+                line, begun = self.first + begun + 1, reader.line_num
+                if self.delimiter == " ":
+                    row = [cell for cell in row if cell]
+                if len(row) != width:
+                    row = self._mended(row, line, begun + self.first, last)
+                if any(row) and any(cell.strip() for cell in row):
+                    yield line, row
+        except csv.Error as error:
+            raise MeasurementFileError(
+                f"{path}, line {self.first + reader.line_num}: not a table: {error}"
+            ) from None
+
+    def _mended(self, row: list[str], line: int, end: int, last: int) -> list[str]:
+        """The row without empty cells at its end, if that makes its length right."""
+        width = len(self.header)
+        if not any(cell.strip() for cell in row):
+            return []
+        if not any(cell.strip() for cell in row[width:]) and len(row) >= width:
+            return row[:width]
+        where = f"{self.file.path}, line {line}"
+        if end > line:
+            raise MeasurementFileError(f"{where}: a quote that opens here is not closed")
+        unended = end == last and self.lines[-1] != ""
+        if len(row) < width and unended:
+            raise MeasurementFileError(
+                f"{where}: the last line is only half written, {len(row)} of {width} cells; "
+                "complete or delete it"
+            )
+        hint = ""
+        if self.delimiter == "," and len(row) > width:
+            hint = "; if commas are decimal signs here, the delimiter must be a semicolon or tab"
+        raise MeasurementFileError(f"{where}: {len(row)} cells where the header has {width}{hint}")
+
+
+def _reader(lines: Iterable[str], delimiter: str) -> _csv.Reader:
+    return csv.reader(lines, delimiter=delimiter, skipinitialspace=delimiter != " ")
+
+
+def layout(file: FileText, style: Style) -> Layout:
+    """Find delimiter and header.
+
+    Raises:
+        MeasurementFileError: no header, or no data below it.
+    """
+    lines = file.text.split("\n")
+    _check_version(file, lines[:5])
+    for i in range(min(style.skip_lines, len(lines))):
+        lines[i] = ""
+    comments = "#" in file.text
+    if comments:
+        lines = ["" if _is_comment(line) else line for line in lines]
+    first = next((i for i, line in enumerate(lines) if line.strip(" \t,;|\"'")), None)
+    if first is None:
+        raise MeasurementFileError(f"{file.path}: no table in it, only comments or blank lines")
+    delimiter = style.delimiter or _delimiter(lines[first])
+    cells = _cells(lines[first], delimiter)
+    while len(cells) > 1 and not cells[-1]:
+        cells.pop()
+    if len(cells) > WIDEST:
+        raise MeasurementFileError(
+            f"{file.path}, line {first + 1}: {len(cells)} columns, more than the {WIDEST} "
+            "that are read"
+        )
+    if not style.header:
+        names = tuple(str(i + 1) for i in range(len(cells)))
+        return Layout(file, lines, delimiter, names, first)
+    if all(_NUMBER.fullmatch(cell) for cell in cells):
+        why = " (comments beginning with # are left out)" if comments else ""
+        raise MeasurementFileError(
+            f"{file.path}, line {first + 1}: numbers where the names of the columns belong{why}; "
+            "expected a header such as 'experiment,marker,A1 [deg],...'"
+        )
+    if not any(line.strip(" \t,;|\"'") for line in lines[first + 1 :]):
+        raise MeasurementFileError(f"{file.path}: there is a header, but no row of data below it")
+    remark = "; ".join(_oddities(file, lines, delimiter, len(cells), first))
+    return Layout(file, lines, delimiter, tuple(cells), first + 1, remark)
+
+
+def _is_comment(line: str) -> bool:
+    return line.lstrip().startswith("#")
+
+
+def _oddities(
+    file: FileText, lines: list[str], delimiter: str, width: int, first: int
+) -> Iterator[str]:
+    """What is odd about rows that are commented out, and about the end."""
+    if "#" in file.text and width > 1:
+        original = file.text.split("\n")
+        rows = [
+            i
+            for i in range(first + 1, len(lines))
+            if not lines[i] and original[i].count(delimiter) >= width - 1
+            if _is_comment(original[i])
+        ]
+        if rows:
+            yield (
+                f"{file.path.name}, line {rows[0] + 1}: what begins with # is left out "
+                f"as a comment, but has the cells of a row ({len(rows)} such lines)"
+            )
+    if lines[-1] != "" and len(lines) > first + 2:
+        yield (
+            f"{file.path.name}, line {len(lines)}: the last line has no line end: is its last "
+            "number complete?"
+        )
+
+
+def _check_version(file: FileText, lines: list[str]) -> None:
+    for number, line in enumerate(lines, 1):
+        found = _VERSION.match(line.strip())
+        if found and found[1] != "1":
+            raise MeasurementFileError(
+                f"{file.path}, line {number}: format version {found[1]!r} is not known; this "
+                "program reads 1"
+            )
+
+
+def _delimiter(header: str) -> str:
+    """The delimiter of which the header has most, outside quotes and brackets."""
+    bare = re.sub(r'"[^"]*"|\[[^\]]*\]', "", header)
+    return max(DELIMITERS, key=bare.count)
+
+
+def _cells(line: str, delimiter: str) -> list[str]:
+    try:
+        row = next(_reader([line], delimiter), [])
+    except csv.Error:
+        row = line.split(delimiter)
+    if delimiter == " ":
+        row = [cell for cell in row if cell]
+    return [" ".join(cell.split()).removeprefix("'").strip() for cell in row]

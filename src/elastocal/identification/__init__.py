@@ -1,0 +1,1 @@
+"""From readings to compliances with their doubt; knows no study."""

@@ -1,0 +1,299 @@
+"""Identification: from measurements to compliances with honest uncertainty.
+
+In: elastic arm, measurements. Out: an `Identification`: compliances, covariance, intervals, and
+what should make one doubt them. By default the model is the nonlinear equilibrium; the linear
+regressor of the paper is there by name.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from elastocal.arrays import Array, IntArray, frozen
+from elastocal.elastic.arm import ElasticArm
+from elastocal.elastic.compliance_model import ComplianceModel
+from elastocal.elastic.regressor import merged, subset
+from elastocal.errors import IdentifiabilityError, InputError
+from elastocal.fitting.goodness import LackOfFit, lack_of_fit
+from elastocal.fitting.influence import Influence, influence, reordered
+from elastocal.fitting.least_squares import column_norms, unseen
+from elastocal.fitting.robust import LOSSES
+from elastocal.identification.doubts import weaknesses
+from elastocal.identification.gauss_newton import (
+    Problem,
+    Solution,
+    degrees_of_freedom,
+    solve_equilibrium,
+    solve_linear,
+)
+from elastocal.identification.uncertainty import Fit, covariance_of, noise, quantile
+from elastocal.measuring.measurements import Measurements
+
+
+@dataclass(frozen=True)
+class Identification:
+    """Compliances found from measurements, and how far to trust them.
+
+    Attributes:
+        model: All compliances, those that were known beforehand included, with their covariance.
+        identified: Names of the p identified ones, in chain order.
+        how: How they were fitted.
+        interval: (p, 2) confidence intervals [rad/(N·m) or m/N].
+        linear: (p,) estimates of the linear model, from the same readings.
+        scale: Estimated noise over that of instrument or file; 1 means: as promised.
+        chi_square: Sum of the squared residuals over their variances, promised ones.
+        dof: Degrees of freedom: coordinates read, less unknowns.
+        lack_of_fit: What repeats say of the model; None without repeats.
+        residual: (R, 3) measured minus modelled deflections [m].
+        weight: (R,) weights that a robust loss gave to the readings, 1 at most.
+        influence: Of every experiment.
+        configuration_influence: Of every distinct load case.
+        configuration: (N,) distinct load case of every experiment.
+        left_out: (R, 3) residuals of every reading when its experiment is left out [m].
+        singular_values: (p,) of the scaled rows, largest first: how well combinations are seen.
+        combinations: (p, p) the combinations, in units of the columns' norms; one in each row.
+        held: Names held at zero by `nonnegative`.
+        information: (p, p) inverse covariance for noise as promised, prior and weights included.
+        variance: Variance of the estimate over that of this information.
+        iterations: Gauss-Newton steps.
+        measurements: What was fitted.
+        arm: The robot with all springs of the model and the measured tool.
+        remarks: Sentences on what is weak in this result; none if nothing is.
+    """
+
+    model: ComplianceModel
+    identified: tuple[str, ...]
+    how: Fit
+    interval: Array
+    linear: Array
+    scale: float
+    chi_square: float
+    dof: int
+    lack_of_fit: LackOfFit | None
+    residual: Array
+    weight: Array
+    influence: Influence
+    configuration_influence: Influence
+    configuration: IntArray
+    left_out: Array
+    singular_values: Array
+    combinations: Array
+    held: tuple[str, ...]
+    information: Array
+    variance: float
+    iterations: int
+    measurements: Measurements = field(repr=False)
+    arm: ElasticArm = field(repr=False)
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def index(self) -> list[int]:
+        """Positions of the identified springs in `model`."""
+        return [self.model.names.index(name) for name in self.identified]
+
+    @property
+    def compliance(self) -> Array:
+        """(p,) identified compliances [rad/(N·m) or m/N]."""
+        return self.model.compliance[self.index]
+
+    @property
+    def standard_error(self) -> Array:
+        """(p,) their standard errors."""
+        return self.model.standard_error[self.index]
+
+    @property
+    def correlation(self) -> Array:
+        """(p, p) correlation of the identified compliances."""
+        covariance = self.model.covariance[np.ix_(self.index, self.index)]
+        error = np.sqrt(np.diagonal(covariance))
+        scale = np.where(error > 0.0, 1.0 / np.where(error > 0.0, error, 1.0), 0.0)
+        return np.asarray(covariance * np.outer(scale, scale))
+
+
+def identify(
+    arm: ElasticArm,
+    measurements: Measurements,
+    how: Fit | None = None,
+    *,
+    prior: ComplianceModel | None = None,
+    known: ComplianceModel | None = None,
+) -> Identification:
+    """Compliances of the springs of `arm` from measured deflections.
+
+    Args:
+        arm: Robot, springs to identify, gravity; its tool must be the measured one.
+        measurements: R readings.
+        how: How to fit; the default is weighted least squares on the nonlinear equilibrium.
+        prior: Estimates with covariance from before; those of springs not in `arm` do not count.
+        known: Compliances of further springs that bend but are not identified, as after the
+            first of two steps; their uncertainty is passed on.
+
+    Raises:
+        IdentifiabilityError: the data cannot tell some compliances apart; names them.
+        InputError: too few readings, or an iteration that does not come to rest.
+
+    Source: paper eqs. (6), (9), (13); the iteration on the equilibrium is ours.
+    """
+    how = how or Fit()
+    problem = _problem(arm, measurements, how, prior, known)
+    linear = solve_linear(problem, LOSSES[how.loss])
+    names, p = arm.springs.names, len(arm.springs)
+    directions = unseen(linear.fit.triangle)
+    if len(directions) and not linear.fit.held.any():
+        raise IdentifiabilityError(_confounded(names, directions, measurements))
+    found = linear
+    if how.model == "equilibrium":
+        found = solve_equilibrium(problem, linear, LOSSES[how.loss])
+    dof = degrees_of_freedom(problem)
+    misfit = _prior_misfit(problem, found)
+    chi_square = float(np.sum(found.residual**2)) + misfit
+    scale, variance, freedom = noise(how, found, chi_square, dof)
+    covariance = covariance_of(problem, found, variance, known)
+    compliance = np.array(problem.start)
+    compliance[problem.free] = found.compliance
+    spring = problem.arm.springs
+    model = ComplianceModel(spring, compliance, covariance, freedom, measurements.source)
+    error = np.sqrt(np.diagonal(covariance))[problem.free]
+    half = quantile(0.5 + 0.5 * how.confidence, freedom) * error
+    configuration, influences, left_out = _influences(problem, found)
+    scaled = found.fit.triangle / column_norms(found.fit.triangle)
+    _, values, vectors = np.linalg.svd(scaled)
+    result = Identification(
+        model=model,
+        identified=names,
+        how=how,
+        interval=frozen(found.compliance[:, None] + np.outer(half, [-1.0, 1.0])),
+        linear=frozen(linear.compliance),
+        scale=scale,
+        chi_square=chi_square,
+        dof=dof,
+        lack_of_fit=lack_of_fit(
+            found.residual,
+            found.noise,
+            configuration[measurements.case] * len(measurements.tool.markers) + measurements.marker,
+            p - len(problem.extra_values),
+            misfit,
+        ),
+        residual=frozen(_in_metres(found, found.residual)),
+        weight=frozen(found.weight),
+        influence=influences[0],
+        configuration_influence=influences[1],
+        configuration=frozen(configuration, np.int64),
+        left_out=frozen(_in_metres(found, left_out)),
+        singular_values=frozen(values),
+        combinations=frozen(vectors),
+        held=tuple(n for n, h in zip(names, found.fit.held, strict=True) if h),
+        information=frozen(found.fit.information),
+        variance=variance,
+        iterations=found.iterations,
+        measurements=measurements,
+        arm=problem.arm,
+    )
+    return replace(result, remarks=weaknesses(result))
+
+
+def _problem(
+    arm: ElasticArm,
+    measurements: Measurements,
+    how: Fit,
+    prior: ComplianceModel | None,
+    known: ComplianceModel | None,
+) -> Problem:
+    """All springs that bend, which of them are free, and the rows of the prior."""
+    if not len(measurements):
+        raise InputError(f"{measurements.source or 'the measurements'}: there are no readings")
+    springs, start = arm.springs, np.zeros(len(arm.springs))
+    if known is not None:
+        others = [name for name in known.names if name not in arm.springs.names]
+        further = subset(known.springs, others)
+        springs = merged(arm.springs, further)
+        start = np.where([n in others for n in springs.names], known.of(springs.names), 0.0)
+    free = np.array([springs.names.index(name) for name in arm.springs.names])
+    rows, values = _prior_rows(arm.springs.names, prior)
+    if 3 * len(measurements) + len(values) < len(free):
+        raise IdentifiabilityError(
+            f"{len(measurements)} readings give {3 * len(measurements)} coordinates, too few for "
+            f"the {len(free)} compliances {', '.join(arm.springs.names)}"
+        )
+    bent = ElasticArm(arm.robot, springs, measurements.tool, arm.gravity)
+    return Problem(
+        bent, free, start, measurements, rows, values, how.nonnegative, how.sigma == "known"
+    )
+
+
+def _prior_rows(names: tuple[str, ...], prior: ComplianceModel | None) -> tuple[Array, Array]:
+    """Rows (E, p) and values (E,) with unit noise that say what was known before."""
+    shared = [] if prior is None else [name for name in names if name in prior.names]
+    if prior is None or not shared:
+        return np.zeros((0, len(names))), np.zeros(0)
+    index = [prior.names.index(name) for name in shared]
+    covariance = prior.covariance[np.ix_(index, index)]
+    if not (np.diagonal(covariance) > 0.0).all():
+        exact = shared[int(np.argmin(np.diagonal(covariance)))]
+        raise InputError(
+            f"the prior knows {exact!r} exactly: leave it out of `identify`, or give it a "
+            "standard error"
+        )
+    scale = np.sqrt(np.diagonal(covariance))
+    root = np.linalg.inv(np.linalg.cholesky(covariance / np.outer(scale, scale))) / scale
+    rows = np.zeros((len(shared), len(names)))
+    rows[:, [names.index(name) for name in shared]] = root
+    return rows, root @ prior.compliance[index]
+
+
+def _prior_misfit(problem: Problem, found: Solution) -> float:
+    return float(np.sum((problem.extra_values - problem.extra_rows @ found.compliance) ** 2))
+
+
+def _influences(
+    problem: Problem, found: Solution
+) -> tuple[IntArray, tuple[Influence, Influence], Array]:
+    """Distinct load case of every experiment; influence of experiments and of load cases;
+    residuals (R, 3) over the noise when an experiment is left out."""
+    measurements = problem.measurements
+    cases = measurements.cases
+    together = np.round(np.hstack([cases.q, cases.wrench]), 9)
+    _, configuration = np.unique(together, axis=0, return_inverse=True)
+    configuration = configuration.reshape(-1)
+    root = np.sqrt(found.weight)[:, None]
+    rows = found.rows[:, :, problem.free] * root[..., None]
+    residual = found.residual * root
+    information = found.fit.information
+    own = influence(rows, residual, measurements.case, len(cases), information)
+    count = int(configuration.max()) + 1
+    group = configuration[measurements.case]
+    alone = count == len(cases)  # no repeats: the same groups, in another order
+    by_case = (
+        reordered(own, np.argsort(configuration))
+        if alone
+        else influence(rows, residual, group, count, information)
+    )
+    shift = np.nan_to_num(own.shift)[measurements.case]
+    left_out = found.residual - np.einsum("rip,rp->ri", found.rows[:, :, problem.free], shift)
+    return configuration, (own, by_case), left_out
+
+
+def _in_metres(found: Solution, residual: Array) -> Array:
+    """(R, 3) residuals [m] of residuals over the noise."""
+    return np.einsum("rij,rj->ri", found.noise, residual)
+
+
+def _confounded(names: tuple[str, ...], directions: Array, measurements: Measurements) -> str:
+    """Which compliances the data leave open, in words."""
+    involved = np.abs(directions) > 1e-3 * np.abs(directions).max(axis=1, keepdims=True)
+    alone = involved.sum(axis=1) == 1
+    blind = [names[int(np.argmax(row))] for row in involved[alone]]
+    sentences = [f"{name}: no reading is moved by this joint" for name in blind]
+    mixed = np.flatnonzero(involved[~alone].any(axis=0))
+    if len(mixed):
+        seen = len(mixed) - int((~alone).sum())
+        what = "a combination of them" if seen == 1 else f"{seen} combinations of them"
+        joints = " and ".join(names[i] for i in mixed)
+        sentences.append(f"{joints}: the readings see only {what}")
+    return (
+        f"not identifiable from {measurements.source or 'these measurements'}: "
+        + "; ".join(sentences)
+        + "; measure other configurations or loads, or leave such joints out of `identify`"
+    )

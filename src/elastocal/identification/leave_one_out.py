@@ -1,0 +1,84 @@
+"""What the other experiments say of one that is left out, and how well they know it.
+
+In: an `Identification`. Out: covariances of left-out residuals. No refit is made.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from elastocal.arrays import Array, BoolArray
+from elastocal.design.criterion import weakest
+from elastocal.elastic.arm import ElasticArm
+from elastocal.elastic.equilibrium import deflection_and_gradient
+from elastocal.elastic.regressor import regressor
+from elastocal.measuring.measurements import Measurements, chosen
+
+if TYPE_CHECKING:
+    from elastocal.identification.identify import Identification
+
+_LEFT = 1e-8  # scaled eigenvalue of what the others know below which they know nothing
+
+
+def left_out_covariance(found: Identification, keep: BoolArray | None = None) -> Array:
+    """Covariance in which left-out residuals are expected: noise and what the others leave open.
+
+    Args:
+        found: The identification.
+        keep: (N,) experiments that are wanted; all without it.
+
+    Returns:
+        (R, 3, 3) of the readings of these experiments [m²]; infinite where nothing is known of a
+        compliance without the experiment.
+
+    Source: ours; the fit without group g has the information M - M_g.
+    """
+    whole = found.measurements
+    data = whole if keep is None else chosen(whole, keep)
+    weight = found.weight if keep is None else found.weight[keep[whole.case]]
+    moving = [i for i, n in zip(found.index, found.identified, strict=True) if n not in found.held]
+    place = [j for j, name in enumerate(found.identified) if name not in found.held]
+    information = found.information[np.ix_(place, place)]
+    rows = _rows(found, data)
+    others = np.setdiff1d(np.arange(len(found.model.names)), found.index).tolist()
+    free, known = rows[:, :, moving], rows[:, :, others]
+    told = weight[:, None, None] * np.linalg.solve(data.covariance, free).transpose(0, 2, 1)
+    left = information - _summed(told @ free, data)
+    scale = 1.0 / np.sqrt(np.diagonal(information))
+    scaled = left * np.outer(scale, scale)
+    lost = np.array([weakest(m) < _LEFT for m in scaled], dtype=bool)
+    scaled[lost] = np.eye(len(scale))
+    without = np.linalg.inv(scaled) * np.outer(scale, scale)
+    noise = found.scale**2 if found.how.sigma == "estimated" else 1.0
+    expected = noise * data.covariance
+    expected = expected + free @ (found.variance * without)[data.case] @ free.transpose(0, 2, 1)
+    given = found.model.covariance[np.ix_(others, others)]
+    if given.any():
+        # The fit follows the errors of the known: by -M⁻¹C, which its covariance with them
+        # tells; without group g by -(M - M_g)⁻¹(C - C_g).
+        follows = found.model.covariance[np.ix_(moving, others)] @ np.linalg.pinv(given)
+        cross = -information @ follows - _summed(told @ known, data)
+        moved = known - free @ (without @ cross)[data.case]
+        expected = expected + moved @ given @ moved.transpose(0, 2, 1)
+    expected[lost[data.case]] = np.inf
+    return np.asarray(expected)
+
+
+def _summed(values: Array, data: Measurements) -> Array:
+    """(N, a, b) sums over the readings of each experiment of values (R, a, b)."""
+    total = np.zeros((len(data.cases), *values.shape[1:]))
+    np.add.at(total, data.case, values)
+    return total
+
+
+def _rows(found: Identification, data: Measurements) -> Array:
+    """(R, 3, c) derivatives of the deflections in all compliances."""
+    arm = ElasticArm(found.arm.robot, found.model.springs, data.tool, found.arm.gravity)
+    if found.how.model == "linear":
+        gradient = regressor(arm.robot, arm.springs, arm.tool, data.cases)
+    else:
+        gradient = deflection_and_gradient(arm, found.model.compliance, data.cases)[1]
+    shape = (len(data.cases), len(data.tool.markers), 3, -1)
+    return gradient.reshape(shape)[data.case, data.marker]

@@ -1,0 +1,112 @@
+"""Uncertainty of a fit: noise, covariance, quantiles.
+
+In: how it was fitted, where it came to rest. Out: covariance of all springs and its freedom.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from elastocal.arrays import Array
+from elastocal.elastic.compliance_model import ComplianceModel
+from elastocal.errors import IdentifiabilityError, InputError
+from elastocal.fitting.least_squares import column_norms
+from elastocal.fitting.robust import EFFICIENCY, LOSSES, inflation, robust_scale
+from elastocal.identification.gauss_newton import Problem, Solution
+
+
+@dataclass(frozen=True)
+class Fit:
+    """How to fit.
+
+    Attributes:
+        model: "equilibrium": deflections of the nonlinear equilibrium; "linear": those of the
+            regressor at the unloaded configuration, as in the paper.
+        sigma: "known": the noise is what instrument or file say; "estimated": only up to a common
+            factor, which is found from the residuals.
+        loss: "squares", or "huber" or "bisquare", which trust outlying readings less.
+        nonnegative: Whether compliances below zero are ruled out.
+        confidence: Confidence of the intervals.
+    """
+
+    model: Literal["equilibrium", "linear"] = "equilibrium"
+    sigma: Literal["known", "estimated"] = "known"
+    loss: str = "squares"
+    nonnegative: bool = False
+    confidence: float = 0.95
+
+    def __post_init__(self) -> None:
+        for name, value, known in (
+            ("model", self.model, ("equilibrium", "linear")),
+            ("sigma", self.sigma, ("known", "estimated")),
+            ("loss", self.loss, tuple(LOSSES)),
+        ):
+            if value not in known:
+                raise InputError(f"{name} {value!r} is not known; expected {' or '.join(known)}")
+        if not 0.5 <= self.confidence < 1.0:
+            raise InputError(
+                f"the confidence must be from 0.5 to below 1, found {self.confidence:g}"
+            )
+
+
+def noise(how: Fit, found: Solution, chi_square: float, dof: int) -> tuple[float, float, float]:
+    """Noise over the promised one, variance factor of the estimate, degrees of freedom."""
+    scale = float(np.sqrt(chi_square / dof)) if dof > 0 else float("nan")
+    if how.loss != "squares":
+        size = np.linalg.norm(found.residual, axis=1)
+        scale = robust_scale(size, dof)
+        used = 1.0 if how.sigma == "known" else scale
+        variance = inflation(LOSSES[how.loss], size, used, max(dof, 1))
+        if how.sigma == "known":  # no robust fit beats least squares by luck
+            variance = max(variance, 1.0 / EFFICIENCY)
+        return scale, variance, float(dof) if how.sigma == "estimated" else np.inf
+    if how.sigma == "known":
+        return scale, 1.0, np.inf
+    if dof < 1:
+        raise IdentifiabilityError(
+            f"σ cannot be estimated: {len(found.residual)} readings leave no degree of freedom; "
+            "use a known σ, or measure more"
+        )
+    return scale, scale**2, float(dof)
+
+
+def covariance_of(
+    problem: Problem, found: Solution, variance: float, known: ComplianceModel | None
+) -> Array:
+    """Covariance of all springs: of the free ones from the fit, of the known ones as given.
+
+    An error dk of the known ones moves the free ones by -M⁻¹ AᵀB dk, B the rows of the known ones.
+    """
+    count, free = len(problem.start), problem.free
+    held = found.fit.held
+    moving = free[~held]
+    triangle = found.fit.triangle
+    # R of the springs that are not held: those held at zero are taken as exact.
+    kept: Array = np.asarray(np.linalg.qr(triangle[:, ~held], mode="r"))
+    scale = column_norms(kept)
+    inverse = np.linalg.inv(kept / scale) / scale[:, None]
+    covariance = np.zeros((count, count))
+    covariance[np.ix_(moving, moving)] = variance * inverse @ inverse.T
+    others = np.setdiff1d(np.arange(count), free)
+    if known is None or not len(others):
+        return covariance
+    weighted = found.rows * found.weight[:, None, None]
+    cross = np.einsum("rip,riq->pq", found.rows[:, :, moving], weighted[:, :, others])
+    index = [known.names.index(problem.arm.springs.names[i]) for i in others]
+    given = known.covariance[np.ix_(index, index)]
+    passed = -inverse @ inverse.T @ cross
+    covariance[np.ix_(moving, moving)] += passed @ given @ passed.T
+    covariance[np.ix_(moving, others)] = passed @ given
+    covariance[np.ix_(others, moving)] = (passed @ given).T
+    covariance[np.ix_(others, others)] = given
+    return covariance
+
+
+def quantile(probability: float, dof: float) -> float:
+    """Quantile of the normal distribution, or of Student's t."""
+    from scipy.special import ndtri, stdtrit
+
+    return float(ndtri(probability) if np.isinf(dof) else stdtrit(dof, probability))

@@ -1,0 +1,182 @@
+"""Validation: a model against experiments that were not used to make it.
+
+In: elastic arm, compliance model, measurements. Out: deflections before and after the model, with
+the intervals in which the model expects the readings to lie.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from elastocal.arrays import Array, BoolArray, frozen
+from elastocal.elastic.arm import ElasticArm
+from elastocal.elastic.compliance_model import ComplianceModel
+from elastocal.elastic.equilibrium import deflection_and_gradient
+from elastocal.errors import InputError
+from elastocal.fitting.goodness import p_value_chi_square
+from elastocal.identification.identify import Identification
+from elastocal.identification.leave_one_out import left_out_covariance
+from elastocal.identification.uncertainty import quantile
+from elastocal.measuring.measurements import Measurements
+
+
+@dataclass(frozen=True)
+class Validation:
+    """R readings against a model.
+
+    Attributes:
+        measurements: The readings.
+        before: (R, 3) measured deflections: the error without a model [m].
+        after: (R, 3) measured minus predicted deflections: the error with it [m].
+        deviation: (R, 3) standard deviation with which the model expects `after`: noise of the
+            reading and uncertainty of the compliances [m].
+        half_width: (R, 3) half widths of the prediction intervals [m].
+        confidence: Their confidence.
+        chi_square: Kept aside: `after`, squared in units of the joint covariance of all readings,
+            which share the error of the model. Left out in turn: that of the fit, over the noise
+            found if it was estimated.
+        dof: Degrees of freedom of it.
+        kept_aside: Whether the readings took no part in making the model; False: every
+            experiment was left out in turn.
+    """
+
+    measurements: Measurements = field(repr=False)
+    before: Array
+    after: Array
+    deviation: Array
+    half_width: Array
+    confidence: float
+    chi_square: float
+    dof: int
+    kept_aside: bool
+
+    @property
+    def inside(self) -> float:
+        """Share of coordinates inside their prediction intervals; NaN if there are none."""
+        inside = np.abs(self.after) <= self.half_width
+        return float(inside[self.predicted].mean()) if self.coordinates else float("nan")
+
+    @property
+    def predicted(self) -> BoolArray:
+        """(R,) readings of which the model, or the other experiments, say anything."""
+        return np.asarray(np.isfinite(self.half_width).all(axis=1))
+
+    @property
+    def coordinates(self) -> int:
+        """Coordinates that were predicted."""
+        return 3 * int(self.predicted.sum())
+
+    @property
+    def p_value(self) -> float:
+        """Probability of so large errors if model, noise and covariance are right."""
+        return p_value_chi_square(self.chi_square, self.dof)
+
+    def by_experiment(self, error: Array) -> Array:
+        """(N,) root mean square over the readings of each experiment of errors (R, 3) [m]."""
+        case, count = self.measurements.case, len(self.measurements.cases)
+        squares = np.bincount(case, np.sum(error**2, axis=1), count)
+        return np.sqrt(squares / np.maximum(np.bincount(case, minlength=count), 1))
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Sizes of R errors [m].
+
+    Attributes:
+        rms: Root mean square.
+        mean: Mean.
+        largest: Largest.
+    """
+
+    rms: float
+    mean: float
+    largest: float
+
+
+def summary(error: Array) -> Summary:
+    """Sizes of errors (R, 3) [m]."""
+    size = np.linalg.norm(error, axis=1)
+    return Summary(float(np.sqrt(np.mean(size**2))), float(size.mean()), float(size.max()))
+
+
+def validate(
+    arm: ElasticArm, model: ComplianceModel, measurements: Measurements, *, confidence: float = 0.95
+) -> Validation:
+    """A model against readings that were not used to make it.
+
+    Args:
+        arm: Robot and gravity; its springs are replaced by those of the model.
+        model: Compliances with covariance.
+        measurements: The readings.
+        confidence: Confidence of the prediction intervals.
+
+    Source: ours; the prediction covariance is G cov(k) Gᵀ + Σ.
+    """
+    bent = ElasticArm(arm.robot, model.springs, measurements.tool, arm.gravity)
+    modelled, gradient = deflection_and_gradient(bent, model.compliance, measurements.cases)
+    count, markers = len(measurements.cases), len(measurements.tool.markers)
+    own = (measurements.case, measurements.marker)
+    after = measurements.deflection - modelled.reshape(count, markers, 3)[own]
+    rows = gradient.reshape(count, markers, 3, -1)[own]
+    spread = rows @ model.covariance @ rows.transpose(0, 2, 1)
+    chi_square = _joint(after, rows, measurements.covariance, model.covariance)
+    expected = spread + measurements.covariance
+    test = (chi_square, after.size)
+    return _judged(measurements, after, expected, model.dof, confidence, test, kept_aside=True)
+
+
+def _joint(after: Array, rows: Array, noise: Array, covariance: Array) -> float:
+    """Errors (R, 3) squared in units of noise + rows · covariance · rowsᵀ, all readings at once.
+
+    Source: the matrix inversion lemma, for a covariance that may be singular.
+    """
+    quiet = np.linalg.solve(noise, after[..., None])[..., 0]
+    pulled = np.einsum("rip,ri->p", rows, quiet)
+    told = np.einsum("rip,riq->pq", rows, np.linalg.solve(noise, rows))
+    shared = np.linalg.solve(np.eye(len(pulled)) + covariance @ told, covariance @ pulled)
+    return float(np.einsum("ri,ri->", after, quiet) - pulled @ shared)
+
+
+def leave_one_out(found: Identification, *, confidence: float = 0.95) -> Validation:
+    """The identification against its own readings, each experiment left out in turn.
+
+    Experiments without which a compliance is unknown are predicted with the full fit, and their
+    interval is infinite: they do not count.
+
+    Source: ours; left-out residuals in closed form, see `influence` and `left_out`.
+    """
+    expected = left_out_covariance(found)
+    # Left-out residuals depend on one another; together they say what the fit's χ² says.
+    noise = found.scale**2 if found.how.sigma == "estimated" else 1.0
+    test = (found.chi_square / noise, found.dof)
+    data, dof = found.measurements, found.model.dof
+    return _judged(data, found.left_out, expected, dof, confidence, test, kept_aside=False)
+
+
+def _judged(
+    measurements: Measurements,
+    after: Array,
+    expected: Array,
+    dof: float,
+    confidence: float,
+    test: tuple[float, int],
+    *,
+    kept_aside: bool,
+) -> Validation:
+    """Errors with the covariance in which they are expected."""
+    if not 0.5 <= confidence < 1.0:
+        raise InputError(f"the confidence must be from 0.5 to below 1, found {confidence:g}")
+    deviation = np.sqrt(np.diagonal(expected, axis1=1, axis2=2))
+    return Validation(
+        measurements=measurements,
+        before=measurements.deflection,
+        after=frozen(after),
+        deviation=frozen(deviation),
+        half_width=frozen(quantile(0.5 + 0.5 * confidence, dof) * deviation),
+        confidence=confidence,
+        chi_square=test[0],
+        dof=test[1],
+        kept_aside=kept_aside,
+    )

@@ -1,0 +1,99 @@
+"""Measurements: the deflections of a campaign, as one frozen value.
+
+A reading is one marker in one experiment. All readings of an experiment share its load case.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from elastocal.arrays import Array, BoolArray, IntArray, frozen
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.errors import InputError
+from elastocal.robot.chain import Tool
+
+
+@dataclass(frozen=True)
+class Measurements:
+    """R readings of N experiments.
+
+    Attributes:
+        tool: Tool whose markers were measured, and at whose load point the wrench acts.
+        cases: The N load cases: configurations as commanded, wrenches at the load point.
+        names: N names of the experiments, as the file has them.
+        case: (R,) experiment of each reading.
+        marker: (R,) marker of each reading, as a position in `tool.markers`.
+        deflection: (R, 3) loaded minus unloaded position, base frame [m].
+        covariance: (R, 3, 3) covariance of each deflection [m²].
+        own_uncertainty: Whether the covariance came with the readings (True) or from the
+            instrument of the study (False).
+        source: File they were read from, or how they were made.
+        sha256: Hash of that file, empty if there is none.
+        remarks: Sentences on what looks odd in them.
+    """
+
+    tool: Tool
+    cases: LoadCases
+    names: tuple[str, ...]
+    case: IntArray
+    marker: IntArray
+    deflection: Array
+    covariance: Array
+    own_uncertainty: bool = False
+    source: str = ""
+    sha256: str = ""
+    remarks: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        case, marker = frozen(self.case, np.int64), frozen(self.marker, np.int64)
+        deflection, covariance = frozen(self.deflection), frozen(self.covariance)
+        count = len(case)
+        if (
+            marker.shape != (count,)
+            or deflection.shape != (count, 3)
+            or covariance.shape != (count, 3, 3)
+            or len(self.names) != len(self.cases)
+        ):
+            raise InputError(
+                "measurements need case (R,), marker (R,), deflection (R, 3), covariance "
+                f"(R, 3, 3) and a name for every load case; found {case.shape}, {marker.shape}, "
+                f"{deflection.shape}, {covariance.shape} and {len(self.names)} names for "
+                f"{len(self.cases)} load cases"
+            )
+        if count and not (
+            case.min() >= 0
+            and case.max() < len(self.cases)
+            and marker.min() >= 0
+            and marker.max() < len(self.tool.markers)
+        ):
+            raise InputError("a reading refers to an experiment or marker that does not exist")
+        if not (np.isfinite(deflection).all() and np.isfinite(covariance).all()):
+            raise InputError("deflections and covariances must be finite numbers")
+        for name, value in (
+            ("case", case),
+            ("marker", marker),
+            ("deflection", deflection),
+            ("covariance", covariance),
+        ):
+            object.__setattr__(self, name, value)
+
+    def __len__(self) -> int:
+        return len(self.case)
+
+
+def chosen(measurements: Measurements, keep: BoolArray) -> Measurements:
+    """The readings of the experiments where `keep`, (N,), is true."""
+    keep = np.asarray(keep, dtype=bool)
+    number = np.cumsum(keep) - 1
+    reading = keep[measurements.case]
+    return replace(
+        measurements,
+        cases=LoadCases(measurements.cases.q[keep], measurements.cases.wrench[keep]),
+        names=tuple(n for n, k in zip(measurements.names, keep, strict=True) if k),
+        case=number[measurements.case[reading]],
+        marker=measurements.marker[reading],
+        deflection=measurements.deflection[reading],
+        covariance=measurements.covariance[reading],
+    )

@@ -1,0 +1,198 @@
+"""Motion: how near straight motions in joint space come to anything that must not be touched.
+
+In: a study, starts and goals. Out: the least margin along each motion, with where and what. Nothing
+is skipped between samples: an interval of a motion is only left when the distance at its middle is
+more than any point can move within it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastocal.arrays import Array, BoolArray, IntArray, frozen
+from elastocal.constraints import Clearance
+from elastocal.constraints.collision.distance import Pairs, nearest
+from elastocal.robot.chain import Robot
+from elastocal.robot.posture import Posture
+from elastocal.study.study import Study
+
+TOLERANCE = 1e-3
+"""Margins along a motion are known to this [m], on the safe side."""
+_CHUNK = 2048  # intervals looked at together
+
+
+@dataclass(frozen=True)
+class MotionMargins:
+    """How near M straight motions come to a collision.
+
+    Attributes:
+        margin: (M,) at least so much room is left everywhere, beyond what is to be kept while
+            moving [m]; negative if a motion is not allowed. Plenty is said to be `enough`.
+        share: (M,) where along the motion it is least, from 0 to 1.
+        distance: (M,) signed distance there [m]; infinite where there is plenty.
+        words: M times what comes near what: "table with A4".
+    """
+
+    margin: Array
+    share: Array
+    distance: Array
+    words: tuple[str, ...]
+
+    @property
+    def free(self) -> BoolArray:
+        """(M,) which motions are allowed."""
+        return np.asarray(self.margin >= 0.0)
+
+
+def watched(study: Study) -> tuple[Clearance, ...]:
+    """The clearances among the constraints of a study."""
+    return tuple(c for c in study.constraints if isinstance(c, Clearance))
+
+
+def motion_margins(
+    study: Study, starts: Array, goals: Array, *, enough: float = 0.02, decide: bool = False
+) -> MotionMargins:
+    """Least margin along M straight motions in joint space.
+
+    Args:
+        study: The study, with its clearances.
+        starts: (M, n) where they start [rad or m].
+        goals: (M, n) where they end.
+        enough: Margins above this are not measured [m].
+        decide: Stop at the first collision: `margin` is then right in its sign only.
+
+    Source: ours; conservative advancement by halving, with the bound of `point_speed`.
+    """
+    count = len(starts)
+    margin, share = np.full(count, enough), np.zeros(count)
+    distance = np.full(count, np.inf)
+    words = [""] * count
+    for clearance in watched(study):
+        found = _least(study.robot, clearance, starts, goals, enough, decide)
+        for i in np.flatnonzero(found[0] < margin).tolist():
+            margin[i], share[i], distance[i] = found[0][i], found[1][i], found[2][i]
+            first, second = clearance.pairs.of(int(found[3][i]))
+            words[i] = f"{second.name} with {first.name}"
+    return MotionMargins(frozen(margin), frozen(share), frozen(distance), tuple(words))
+
+
+def _least(
+    robot: Robot, clearance: Clearance, starts: Array, goals: Array, enough: float, decide: bool
+) -> tuple[Array, Array, Array, IntArray]:
+    """Margin, share, distance and pair where M motions are nearest to breaking one clearance."""
+    count = len(starts)
+    keep, pairs = clearance.keep_moving, clearance.pairs
+    speed = relative_speed(robot, pairs, starts, goals)
+    best, share = np.full(count, np.inf), np.zeros(count)
+    pair = np.full(count, -1, dtype=np.int64)
+    motion = np.arange(count)
+    middle, half = np.full(count, 0.5), np.full(count, 0.5)
+    while len(motion) and len(pairs):
+        order = slice(0, _CHUNK)  # depth first where there is much to do
+        m, s, h = motion[order], middle[order], half[order]
+        q = starts[m] + s[:, None] * (goals[m] - starts[m])
+        found = nearest(pairs, Posture(robot, q), keep + enough, speed[:, m] * h)
+        seen = found.pair >= 0
+        for i in np.flatnonzero(seen & (found.distance < best[m])).tolist():
+            if found.distance[i] < best[m[i]]:
+                best[m[i]], share[m[i]], pair[m[i]] = found.distance[i], s[i], found.pair[i]
+        floor = best[m] - TOLERANCE
+        if decide:  # known to be broken: nothing more to learn
+            floor = np.where(best[m] - TOLERANCE < keep, -np.inf, floor)
+        todo = seen & (found.value < floor)
+        m, s, h = m[todo], s[todo], h[todo] / 2.0
+        motion = np.concatenate([m, m, motion[_CHUNK:]])
+        middle = np.concatenate([s - h, s + h, middle[_CHUNK:]])
+        half = np.concatenate([h, h, half[_CHUNK:]])
+    return best - TOLERANCE - keep, share, best, pair
+
+
+def relative_speed(robot: Robot, pairs: Pairs, starts: Array, goals: Array) -> Array:
+    """(P, M) bounds on how fast a point of the first solid can move for the second [m per motion].
+
+    A joint that turns by Δq moves no point by more than Δq times its distance from the axis, and
+    that is at most the length of the chain from the joint to the solid and the solid's reach.
+
+    Source: ours; triangle inequality.
+    """
+    way = np.abs(goals - starts).T
+    slides = robot.prismatic
+    travel = np.where(slides[:, None], np.maximum(np.abs(starts), np.abs(goals)).T, 0.0)
+    lengths = np.linalg.norm(robot.links[:, :3, 3], axis=1)
+    speed = np.zeros((len(pairs), len(starts)))
+    for p in range(len(pairs)):
+        first, second = pairs.of(p)
+        arm = np.full(len(starts), first.reach)
+        for joint in range(first.body - 1, second.body - 1, -1):
+            speed[p] += way[joint] * (1.0 if slides[joint] else arm)
+            arm = arm + travel[joint] + lengths[joint]
+    return speed
+
+
+def motions_free(study: Study) -> Callable[[Array, Array], BoolArray] | None:
+    """Says of (K, n) starts and goals which straight motions are free; None if all are."""
+    if not watched(study):
+        return None
+
+    def free(starts: Array, goals: Array) -> BoolArray:
+        return motion_margins(study, starts, goals, enough=0.0, decide=True).free
+
+    return free
+
+
+def hits(margins: MotionMargins, i: int) -> str:
+    """What motion `i` does that it must not, in words."""
+    where = f"at {100.0 * margins.share[i]:.0f} %"
+    distance = float(margins.distance[i])
+    if distance < 0.0:
+        return f"hits {margins.words[i]} by {-1e3 * distance:.0f} mm {where}"
+    kept = distance - float(margins.margin[i]) - TOLERANCE
+    return (
+        f"passes {margins.words[i]} at {1e3 * distance:.0f} mm {where}, where {1e3 * kept:.0f} mm "
+        "must be kept"
+    )
+
+
+Vias = Sequence[Array]
+"""S + 1 arrays (K, n): configurations passed on the way to each load case, then to home."""
+
+
+def motion_violations(study: Study, q: Array, via: Vias = ()) -> tuple[str, ...]:
+    """One sentence for every motion of a plan that is not allowed.
+
+    Args:
+        study: The study, with home and clearances.
+        q: (S, n) configurations in order of execution [rad or m].
+        via: Configurations passed in between; none if empty.
+    """
+    if not watched(study) or not len(q):
+        return ()
+    legs = legs_of(study.pace.home, q, via)
+    starts = np.concatenate([leg[:-1] for leg in legs])
+    goals = np.concatenate([leg[1:] for leg in legs])
+    margins = motion_margins(study, starts, goals)
+    found, at = [], 0
+    for k, leg in enumerate(legs):
+        parts = len(leg) - 1
+        for part in range(parts):
+            if not margins.free[at]:
+                which = f", part {part + 1} of {parts}," if parts > 1 else ""
+                found.append(f"the motion {leg_name(k, len(q))}{which} {hits(margins, at)}")
+            at += 1
+    return tuple(found)
+
+
+def legs_of(home: Array, q: Array, via: Vias = ()) -> list[Array]:
+    """S + 1 arrays (K + 2, n): from home to each configuration and back home, all points."""
+    stops = [home, *q, home]
+    between = via or [np.zeros((0, len(home)))] * (len(q) + 1)
+    return [np.vstack([stops[k], between[k], stops[k + 1]]) for k in range(len(q) + 1)]
+
+
+def leg_name(leg: int, count: int) -> str:
+    """Words for leg `leg` of a plan with `count` configurations."""
+    first = "home" if leg == 0 else f"configuration {leg}"
+    return f"from {first} to {'home' if leg == count else f'configuration {leg + 1}'}"

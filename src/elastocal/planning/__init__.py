@@ -1,0 +1,1 @@
+"""From a study to a plan with its certificate, and what a plan is worth."""

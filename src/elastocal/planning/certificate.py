@@ -1,0 +1,187 @@
+"""Certification: a bound on every plan of a study, and what it says of one plan.
+
+In: a `Study`. Out: a `Bound`, computed before any plan is made; then a `Certificate` of load cases.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastocal.arrays import Array, frozen
+from elastocal.design.continuous import ContinuousDesign, continuous_design
+from elastocal.design.criterion import Criterion, InformationFunction, weakest
+from elastocal.design.oracle import climb
+from elastocal.design.space import information
+from elastocal.design.worst import floored
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.planning.assessment import Assessment
+from elastocal.planning.plain_values import simplify
+from elastocal.study.criteria import criterion_of
+from elastocal.study.study import Study
+
+Progress = Callable[[str, float], None]
+"""(what is going on, share done between 0 and 1) -> None."""
+
+_SINGULAR = 1e-5  # scaled eigenvalue below which a floor is put under an optimum
+_FLOOR = 1e-4  # share of the loss that a floor adds
+_ALIKE = 0.03  # relative distance of information matrices that are shown as one
+_OPEN = 0.1  # gap between value and bound that only a singular optimum leaves
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """How far any plan can be from the best of all plans with as many experiments.
+
+    Attributes:
+        criterion: Name of the criterion it speaks of.
+        kind: "numerical": the bound rests on a multistart search; "none": no bound exists.
+        lower_bound: No plan has a smaller loss 1/√φ: ρ0 [m] for test-pose criteria.
+        efficiency: φ of the plan over the bound: 0.9 means that at best 10 % of the experiments
+            could be saved.
+        fresh_starts: Fresh random starts that failed to refute the bound.
+        attained: How many of them reached the same maximum.
+        support: Load cases of the continuous design behind the bound, those of nearly the same
+            information taken together.
+        weights: (S,) their weights.
+        peak: The load case where the sensitivity is largest.
+        peak_ratio: Sensitivity there over the mean over the support: 1 at an optimum.
+        floored: Whether a floor kept the unknowns that the criterion ignores identifiable.
+    """
+
+    criterion: str
+    kind: str
+    lower_bound: float = 0.0
+    efficiency: float = float("nan")
+    fresh_starts: int = 0
+    attained: int = 0
+    support: LoadCases | None = None
+    weights: Array | None = None
+    peak: LoadCases | None = None
+    peak_ratio: float = float("nan")
+    floored: bool = False
+
+
+@dataclass(frozen=True)
+class Bound:
+    """What is known of the best plan before any plan is made.
+
+    Attributes:
+        criterion: The criterion.
+        target: What the search optimises: the criterion, with a floor if its optimum is singular.
+        design: The continuous design; None for a criterion without certificate.
+    """
+
+    criterion: Criterion
+    target: Criterion
+    design: ContinuousDesign | None
+
+    def loss(self, count: int) -> float:
+        """No plan of `count` experiments has a smaller loss 1/√φ: ρ0 [m] for test poses."""
+        if self.design is None:
+            return 0.0
+        return float(1.0 / np.sqrt(count * self.design.certificate.upper))
+
+    @property
+    def floored(self) -> bool:
+        """Whether the search has a floor under the unknowns the criterion ignores."""
+        return self.target is not self.criterion
+
+
+def lower_bound(
+    study: Study,
+    rng: np.random.Generator,
+    *,
+    known: Array | None = None,
+    progress: Progress | None = None,
+) -> Bound:
+    """Bound on every plan with as many experiments as the study has.
+
+    Args:
+        study: The study.
+        rng: Source of candidates and fresh starts.
+        known: (K, d) feasible design points to begin with.
+        progress: Told the gap as it closes.
+    """
+    criterion = criterion_of(study)
+    if not isinstance(criterion, InformationFunction):
+        return Bound(criterion, criterion, None)
+    base = study.prior / study.experiments.count
+    space = study.space
+    gaps: list[float] = []
+
+    def tell(what: str, gap: float) -> None:
+        gaps.append(gap)
+        if progress is not None:
+            closed = -np.log10(max(min(gaps), 1e-6)) / 6.0
+            progress(f"{what}, gap {gap:.0e}", 0.4 * float(np.clip(closed, 0.0, 1.0)))
+
+    design = continuous_design(space, criterion, rng, base=base, known=known, progress=tell)
+    if design.gap < _OPEN and weakest(design.total) > _SINGULAR:
+        return Bound(criterion, criterion, design)
+    blocks = information(space.evaluate(space.sample(500, rng)).blocks)
+    target = floored(criterion, base + blocks.mean(axis=0), _FLOOR)
+    design = continuous_design(
+        space, target, rng, certified=criterion, base=base, known=known, progress=tell
+    )
+    return Bound(criterion, target, design)
+
+
+def confirmed(study: Study, bound: Bound, x: Array, rng: np.random.Generator) -> Bound:
+    """The bound, after climbing from the points `x` of a plan has failed to refute it.
+
+    If it is refuted, a new one is computed that knows where the climb ended.
+    """
+    for _ in range(3):
+        if bound.design is None:
+            return bound
+        dual = bound.design.certificate
+        found, s, _ = climb(study.space, x, dual.gradient, ((150, len(x)),))
+        if s.max() <= dual.largest * (1.0 + 5e-6):
+            break
+        bound = lower_bound(study, rng, known=found[s > 0.0])
+    return bound
+
+
+def certificate(study: Study, bound: Bound, worth: Assessment, count: int) -> Certificate:
+    """What `bound` says of a plan of `count` experiments that is worth `worth`."""
+    if bound.design is None:
+        return Certificate(study.criterion, "none")
+    design, dual, space = bound.design, bound.design.certificate, study.space
+    value = float(bound.criterion.value(worth.information[None])[0])
+    level = float(np.einsum("i,ijk,jk->", design.weights, design.informations, dual.gradient))
+    x, weights = _merged(design)
+    support, _ = simplify(study, space.load_cases(x))
+    peak, _ = simplify(study, space.load_cases(dual.x_largest[None]))
+    return Certificate(
+        criterion=study.criterion,
+        kind="numerical",
+        lower_bound=bound.loss(count),
+        efficiency=value / (count * dual.upper),
+        fresh_starts=dual.starts,
+        attained=dual.attained,
+        support=support,
+        weights=frozen(weights),
+        peak=peak,
+        peak_ratio=dual.largest / level,
+        floored=bound.floored,
+    )
+
+
+def _merged(design: ContinuousDesign) -> tuple[Array, Array]:
+    """Support and weights with points of nearly the same information taken together."""
+    flat = design.informations.reshape(len(design.x), -1)
+    kept: list[int] = []
+    weights: list[float] = []
+    for i in np.argsort(-design.weights, kind="stable"):
+        distance = np.linalg.norm(flat[kept] - flat[i], axis=1) / np.linalg.norm(flat[i])
+        near = np.flatnonzero(distance < _ALIKE)
+        if len(near):
+            weights[near[0]] += float(design.weights[i])
+        else:
+            kept.append(int(i))
+            weights.append(float(design.weights[i]))
+    order = [i for i in np.argsort(weights)[::-1] if weights[i] > 1e-3 * max(weights)]
+    return design.x[np.array(kept)[order]], np.array(weights)[order]

@@ -1,0 +1,123 @@
+"""Evaluation: what a plan is really worth, from the study alone.
+
+In: a study and load cases somebody proposes, with what is claimed of them. Out: an assessment, a
+certificate from a bound computed anew, and every objection. The planner's word is not trusted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from elastocal.arrays import IntArray
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.motion.margins import Vias, motion_violations
+from elastocal.planning.assessment import Assessment, assess
+from elastocal.planning.certificate import Bound, Certificate, certificate, confirmed
+from elastocal.planning.visibility import Visibility, visibility
+from elastocal.study.identifiability import unidentifiable
+from elastocal.study.study import Study, with_count
+
+_AGREE = 1e-4  # claims may differ by this share: a run sheet rounds its angles
+_BOUNDS_AGREE = 1e-3  # two numerical bounds of the same problem
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """A proposed plan, judged.
+
+    Attributes:
+        assessment: What it is worth.
+        certificate: How far it can be from the best, by a bound of its own count.
+        objections: One sentence for every broken constraint and every claim that does not hold.
+        unidentified: One sentence for every combination of compliances it leaves open.
+        collisions: One sentence for every motion between configurations that is not allowed;
+            objections, too.
+        view: What the tracker sees in every configuration; None if there is no tracker.
+    """
+
+    assessment: Assessment
+    certificate: Certificate
+    objections: tuple[str, ...]
+    unidentified: tuple[str, ...]
+    collisions: tuple[str, ...] = ()
+    view: Visibility | None = None
+
+    @property
+    def accepted(self) -> bool:
+        """Whether there is no objection."""
+        return not self.objections and not self.unidentified
+
+
+def evaluate(
+    study: Study,
+    cases: LoadCases,
+    repeats: IntArray,
+    claims: dict[str, Any],
+    bound: Bound,
+    via: Vias = (),
+) -> Evaluation:
+    """Judge load cases against a study.
+
+    Args:
+        study: The study.
+        cases: S load cases.
+        repeats: (S,) repeats.
+        claims: What is claimed: rho0 [m], lower_bound [m], efficiency, standard_error by joint.
+        bound: Bound for this study and as many experiments.
+        via: Configurations passed on the way, see `motion.Vias`.
+    """
+    study = with_count(study, int(repeats.sum()))
+    worth = assess(study, cases, repeats)
+    x = study.space.points(cases)
+    bound = confirmed(study, bound, x, np.random.default_rng(0))
+    proof = certificate(study, bound, worth, study.experiments.count)
+    open_ends = tuple(unidentifiable(study.springs.names, worth.information))
+    collisions = motion_violations(study, cases.q, via)
+    objections = [*worth.violations, *collisions, *_false_claims(study, worth, proof, claims)]
+    view = visibility(study, cases)
+    return Evaluation(worth, proof, tuple(objections), open_ends, collisions, view)
+
+
+def _false_claims(
+    study: Study, worth: Assessment, proof: Certificate, claims: dict[str, Any]
+) -> list[str]:
+    found = []
+    m = study.experiments.count
+    if claims.get("experiments", m) != m:
+        found.append(f"it claims {claims['experiments']:g} experiments but has {m}")
+    if "rho0" in claims and _differ(claims["rho0"], worth.rho0, _AGREE):
+        found.append(
+            f"it claims ρ0 = {1e3 * claims['rho0']:.6g} mm but has {1e3 * worth.rho0:.6g} mm"
+        )
+    errors = dict(zip(study.springs.names, worth.standard_error, strict=True))
+    for name, claimed in claims.get("standard_error", {}).items():
+        if name not in errors:
+            found.append(
+                f"it claims a standard error for {name}, which the study does not identify"
+            )
+        elif _differ(claimed, errors[name], _AGREE):
+            found.append(
+                f"it claims a standard error of {claimed:.4g} for {name} but has {errors[name]:.4g}"
+            )
+    known = proof.kind != "none" and study.criterion == "test-pose"
+    if known and claims.get("lower_bound", 0.0) > proof.lower_bound * (1.0 + _BOUNDS_AGREE):
+        found.append(
+            f"it claims that no plan is better than {1e3 * claims['lower_bound']:.6g} mm, but only "
+            f"{1e3 * proof.lower_bound:.6g} mm is confirmed"
+        )
+    promised = claims.get("efficiency", 0.0)
+    if proof.kind != "none" and promised > proof.efficiency * (1.0 + 2.0 * _BOUNDS_AGREE):
+        found.append(
+            f"it claims an efficiency of {promised:.4f} but only {proof.efficiency:.4f} is "
+            "confirmed"
+        )
+    return found
+
+
+def _differ(claimed: float, found: float, share: float) -> bool:
+    if not np.isfinite(found):
+        return True
+    return bool(abs(claimed - found) > share * abs(found))

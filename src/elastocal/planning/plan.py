@@ -1,0 +1,180 @@
+"""Planning: study → feasible candidates → continuous design → plan with its certificate.
+
+In: a `Study`. Out: a `Plan`. Nothing is printed or written.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from elastocal.arrays import Array, IntArray, frozen
+from elastocal.constraints import Constraint, Distinct
+from elastocal.design.exact import Effort, exact_design
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.errors import InfeasibleError
+from elastocal.motion.margins import motions_free
+from elastocal.motion.schedule import Schedule, schedule
+from elastocal.motion.tour import best_order
+from elastocal.motion.via_points import UnreachableError, detours, refuse_home
+from elastocal.planning.assessment import Assessment, assess
+from elastocal.planning.certificate import (
+    Bound,
+    Certificate,
+    Progress,
+    certificate,
+    confirmed,
+    lower_bound,
+)
+from elastocal.planning.plain_values import simplify
+from elastocal.study.identifiability import check_count, check_identifiable
+from elastocal.study.study import Study
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Experiments to do, what they are worth, and the proof.
+
+    Attributes:
+        load_cases: S distinct load cases, in order of execution.
+        repeats: (S,) how often each is measured.
+        assessment: What the plan is worth.
+        certificate: How far it can be from the best.
+        criterion: Name of the criterion it was planned for.
+        seed: Seed of the search.
+        study: The study it was made from.
+        free_joints: Joints whose values do not matter: set them as the cell requires.
+        via: S + 1 arrays (K, n): configurations to pass on the way to each load case and at last
+            home, where the straight motion is blocked [rad or m]; empty if none is.
+    """
+
+    load_cases: LoadCases
+    repeats: IntArray
+    assessment: Assessment
+    certificate: Certificate
+    criterion: str
+    seed: int
+    study: Study
+    free_joints: tuple[str, ...] = ()
+    via: tuple[Array, ...] = ()
+
+    @property
+    def count(self) -> int:
+        """Number of experiments m."""
+        return int(self.repeats.sum())
+
+    @property
+    def schedule(self) -> Schedule:
+        """Times of moving, measuring and changing loads."""
+        return schedule(self.load_cases, self.repeats, self.study.pace, self.via)
+
+
+def plan(
+    study: Study,
+    *,
+    seed: int = 0,
+    effort: Effort | None = None,
+    bound: Bound | None = None,
+    progress: Progress | None = None,
+) -> Plan:
+    """Best plan found for a study, with its certificate.
+
+    Args:
+        study: What to plan.
+        seed: Same seed, same plan.
+        effort: How long to search.
+        bound: Bound computed before for the same study and count, to be used again.
+        progress: Told what is going on.
+
+    Raises:
+        InfeasibleError: no load case satisfies the constraints, or no motion leads there.
+        IdentifiabilityError: some compliances cannot be told apart.
+    """
+    rng = np.random.default_rng(seed)
+    space, m = study.space, study.experiments.count
+    distinct = min(m, study.experiments.max_configurations or m)
+    refuse_home(study)
+    check_identifiable(space, study.prior, rng)
+    check_count(space, study.prior, m, distinct, rng)
+    tell = progress or (lambda what, share: None)
+    bound = bound or lower_bound(study, rng, progress=tell)
+    found = _searched(study, bound, rng, seed, effort, tell)
+    bound = confirmed(study, bound, found.x, rng)
+    cases, repeats = found.cases, found.repeats
+    tell("exact plan", 1.0)
+    worth = assess(study, cases, repeats)
+    if worth.violations:
+        raise InfeasibleError(f"no feasible plan was found: in the best, {worth.violations[0]}")
+    return Plan(
+        load_cases=cases,
+        repeats=frozen(repeats, np.int64),
+        assessment=worth,
+        certificate=certificate(study, bound, worth, m),
+        criterion=study.criterion,
+        seed=seed,
+        study=study,
+        free_joints=found.free,
+        via=found.via,
+    )
+
+
+class _Found(NamedTuple):
+    """What the search ends with."""
+
+    x: Array  # (S, d) design points
+    cases: LoadCases  # in order of execution
+    repeats: IntArray
+    free: tuple[str, ...]
+    via: tuple[Array, ...]
+
+
+def _searched(
+    study: Study,
+    bound: Bound,
+    rng: np.random.Generator,
+    seed: int,
+    effort: Effort | None,
+    tell: Progress,
+) -> _Found:
+    """The best plan found whose configurations can all be reached from home.
+
+    Configurations to which no way leads are ruled out one by one, with what is near them.
+    """
+    space, m = study.space, study.experiments.count
+    distinct = min(study.experiments.max_configurations or m, m, _enough(len(study.springs)))
+    avoid: tuple[Constraint, ...] = ()
+    while True:
+        design = exact_design(
+            replace(space, constraints=(*space.constraints, *avoid)),
+            bound.target,
+            m,
+            distinct,
+            rng,
+            base=study.prior,
+            continuous=bound.design,
+            effort=effort,
+            progress=lambda what, share: tell(what, 0.4 + 0.6 * share),
+        )
+        cases, free = simplify(study, space.load_cases(design.x))
+        order = best_order(cases, study.pace, free=motions_free(study)).sequence
+        cases = LoadCases(cases.q[order], cases.wrench[order])
+        try:
+            via = detours(study, cases.q, seed=seed)
+        except UnreachableError as error:
+            if len(avoid) == _UNREACHABLE:
+                raise
+            counts = np.array([float(name not in free) for name in study.robot.joint_names])
+            avoid += (Distinct("distance from what cannot be reached", error.q, counts, _AWAY),)
+            continue
+        return _Found(design.x, cases, design.counts[order], free, via)
+
+
+_UNREACHABLE = 8  # configurations without a way to them that are given up, one after the other ...
+_AWAY = 0.5  # ... and how far the next plan keeps away from them [rad, m]
+
+
+def _enough(parameters: int) -> int:
+    """Distinct load cases to search with: more would cost time and gain next to nothing."""
+    return max(6, parameters + 1)

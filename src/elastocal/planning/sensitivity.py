@@ -1,0 +1,68 @@
+"""Sensitivity: how worthwhile it is to measure in a configuration, next to the best place.
+
+In: the continuous design of a certificate. Out: tr(G M_x) of any load case over its largest value.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastocal.arrays import Array, frozen
+from elastocal.design.criterion import InformationFunction, weakest
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.planning.assessment import load_case_information
+from elastocal.study.criteria import criterion_of
+from elastocal.study.study import Study
+
+_SINGULAR = 1e-9  # scaled eigenvalue below which a design has no useful gradient
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """The sensitivity function at a continuous design.
+
+    Attributes:
+        gradient: (p, p) G, gradient of the criterion at the design.
+        largest: Largest value of tr(G M_x) that is known.
+    """
+
+    gradient: Array
+    largest: float
+
+
+def sensitivity(
+    study: Study, support: LoadCases, weights: Array, peak: LoadCases
+) -> Sensitivity | None:
+    """The sensitivity function at a continuous design; None where it has no gradient.
+
+    Args:
+        study: The study; its criterion must be the one of the design.
+        support: S load cases of the design.
+        weights: (S,) their weights, which sum to 1.
+        peak: Load cases where the sensitivity is as large as anywhere.
+    """
+    criterion = criterion_of(study)
+    if not isinstance(criterion, InformationFunction):
+        return None
+    each = load_case_information(study, support)
+    total = study.prior / study.experiments.count + np.einsum("i,ijk->jk", weights, each)
+    if weakest(total) < _SINGULAR:
+        return None
+    gradient = criterion.gradient(total[None])[0]
+    known = np.concatenate([each, load_case_information(study, peak)])
+    largest = float(np.einsum("ijk,jk->i", known, gradient).max())
+    if not (np.isfinite(gradient).all() and largest > 0.0):
+        return None
+    return Sensitivity(frozen(gradient), largest)
+
+
+def worth(study: Study, known: Sensitivity, cases: LoadCases) -> Array:
+    """(N,) tr(G M_x) of load cases over its largest value: 1 where measuring is worth most.
+
+    Source: equivalence theorem, docs/math.md; an experiment x raises the criterion at the rate
+    tr(G M_x).
+    """
+    values = np.einsum("ijk,jk->i", load_case_information(study, cases), known.gradient)
+    return np.asarray(values / known.largest)

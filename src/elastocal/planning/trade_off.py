@@ -1,0 +1,132 @@
+"""How a plan compares: with random plans, and with more or fewer experiments or configurations.
+
+In: a study. Out: ρ0 of random feasible plans; ρ0 over the number of experiments and of
+configurations, with the bound as a line. What a user needs to decide how much to measure.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastocal.arrays import Array, IntArray, frozen
+from elastocal.design.exact import Effort
+from elastocal.design.space import information
+from elastocal.errors import IdentifiabilityError
+from elastocal.planning.certificate import Progress, lower_bound
+from elastocal.planning.plan import Plan, plan
+from elastocal.planning.time_curves import TimeCurve, curve_of, time_trade_off
+from elastocal.study.criteria import mean_test_pose
+from elastocal.study.study import Study, with_count
+
+LIGHT = Effort(batch=48, generations=6, patience=2, islands=1)
+"""A shorter search: a curve needs many plans, each within about a tenth of a percent."""
+
+
+@dataclass(frozen=True)
+class TradeOff:
+    """ρ0 over what a campaign costs.
+
+    Attributes:
+        counts: (K,) numbers of experiments.
+        rho0: (K,) ρ0 of a plan for each [m].
+        bound: (K,) no plan of as many experiments has a smaller ρ0 [m]; NaN if unknown.
+        configurations: (L,) numbers of distinct configurations, at the study's own count.
+        rho0_configurations: (L,) ρ0 of a plan for each [m].
+        by_time: ρ0 over hours, with few, the study's own and any number of configurations.
+    """
+
+    counts: IntArray
+    rho0: Array
+    bound: Array
+    configurations: IntArray
+    rho0_configurations: Array
+    by_time: tuple[TimeCurve, ...] = ()
+
+
+def trade_off(
+    study: Study,
+    *,
+    seed: int = 0,
+    counts: Sequence[int] | None = None,
+    most_configurations: int = 6,
+    progress: Progress | None = None,
+) -> TradeOff:
+    """ρ0 over the number of experiments and of configurations.
+
+    Args:
+        study: The study; its own count is always among those planned.
+        seed: Seed of every search.
+        counts: Numbers of experiments; a spread around the study's own if None.
+        most_configurations: Up to how many configurations.
+        progress: Told what is going on.
+    """
+    own = study.experiments.count
+    wanted = sorted({*(counts or (1, 2, 3, 4, 6, 8, 12, 16, 24)), own})
+    tell = progress or (lambda what, share: None)
+    limits = range(1, min(own, most_configurations) + 1)
+    steps = len(wanted) + len(limits)
+    kept: list[tuple[int, float, float]] = []
+    many: list[Plan] = []
+    bound = lower_bound(study, np.random.default_rng(seed)) if not np.any(study.prior) else None
+    for i, m in enumerate(wanted):
+        tell(f"{m} experiments", i / steps)
+        # Configurations are not limited here: the two curves answer separate questions.
+        try:
+            found = plan(with_count(study, m), seed=seed, effort=LIGHT, bound=bound)
+        except IdentifiabilityError:
+            continue
+        lowest = found.certificate.lower_bound if study.criterion == "test-pose" else np.nan
+        kept.append((m, found.assessment.rho0, lowest))
+        many.append(found)
+    few: list[tuple[int, float]] = []
+    for i, s in enumerate(limits):
+        tell(f"{s} configurations", (len(wanted) + i) / steps)
+        try:
+            found = plan(with_count(study, own, s), seed=seed, effort=LIGHT, bound=bound)
+        except IdentifiabilityError:
+            continue
+        few.append((s, found.assessment.rho0))
+    tell("hours", 0.95)
+    # The fewest configurations that will do, and as many as the study wants.
+    limited = {s for s, _ in few[:1]} | {study.experiments.max_configurations} - {None}
+    by_time = time_trade_off(
+        study,
+        configurations=sorted(s for s in limited if s is not None),
+        counts=(max(own // 2, 1), own, 2 * own),
+        seed=seed,
+        effort=LIGHT,
+        bound=bound,
+    )
+    tell("trade-off", 1.0)
+    table, short = np.array(kept).reshape(-1, 3), np.array(few).reshape(-1, 2)
+    return TradeOff(
+        counts=frozen(table[:, 0], np.int64),
+        rho0=frozen(table[:, 1]),
+        bound=frozen(table[:, 2]),
+        configurations=frozen(short[:, 0], np.int64),
+        rho0_configurations=frozen(short[:, 1]),
+        by_time=(*by_time, curve_of(many, None)) if many else by_time,
+    )
+
+
+_POOL = 20_000  # random load cases that random plans are drawn from
+_MANY = 2_000
+
+
+def random_plans(study: Study, number: int, *, seed: int = 0) -> Array:
+    """(number,) ρ0 of random feasible plans with as many experiments as the study [m].
+
+    Uniform in the joint ranges, rejected where a constraint is broken; infinite where a plan
+    does not identify what the test poses need.
+    """
+    rng = np.random.default_rng(seed)
+    space, m = study.space, study.experiments.count
+    pool = information(space.evaluate(space.sample(min(number * m, _POOL), rng)).blocks)
+    drawn = min(m, _MANY)  # the mean of thousands is as good as that of millions
+    totals = np.array([pool[rng.integers(0, len(pool), drawn)].sum(axis=0) for _ in range(number)])
+    totals = study.prior + totals * (m / drawn)
+    with np.errstate(divide="ignore"):
+        return np.asarray(1.0 / np.sqrt(mean_test_pose(study).value(totals)))

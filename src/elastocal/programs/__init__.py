@@ -1,0 +1,1 @@
+"""A plan or a path as a robot program; one writer per controller."""

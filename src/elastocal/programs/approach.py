@@ -1,0 +1,116 @@
+"""Approach points: where the robot comes from, so that backlash is always taken up the same way.
+
+In: configurations, limits, constraints. Out: for every configuration a point beside it, from which
+every axis turns or slides a small amount to get there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import combinations
+
+import numpy as np
+
+from elastocal.arrays import Array, IntArray
+from elastocal.constraints import Constraint, margins_at
+from elastocal.errors import InputError
+from elastocal.robot.chain import Robot
+from elastocal.robot.posture import Posture
+
+_ROUNDING = 1e-9  # of a joint value at its limit [rad, m]
+_TOLERANCE = 1e-5  # of a margin, as in `assessment`
+_TRIED = 4096  # combinations of sides: all of them up to twelve joints
+
+
+def approaches(
+    robot: Robot,
+    q: Array,
+    amount: Array,
+    limits: Array,
+    constraints: Sequence[Constraint] = (),
+) -> tuple[Array, bool]:
+    """Approach points of configurations, within limits and constraints.
+
+    Every axis comes from the side of smaller joint values where possible. Where a limit or a
+    constraint is in the way, as few axes as possible come from the other side, the same axes for
+    all configurations; only if that cannot be, each configuration has its own sides.
+
+    Args:
+        robot: The robot.
+        q: (S, n) configurations, within the limits [rad or m].
+        amount: (n,) how far away each axis starts, not negative [rad or m].
+        limits: (2, n) lower and upper joint values [rad or m].
+        constraints: Constraints that hold at the approach points too.
+
+    Returns:
+        The (S, n) approach points [rad or m], and whether all have the same sides.
+
+    Raises:
+        InputError: no side is free; the message names configuration, joint or constraint.
+    """
+    moving = np.flatnonzero(amount > 0.0).astype(np.int64)
+    if not len(moving) or not len(q):
+        return q.copy(), True
+    common: Array | None = None
+    own: list[Array | None] = [None] * len(q)
+    for sides in _sides(len(amount), moving):
+        points = q - sides * amount
+        free = _free(robot, points, limits, constraints)
+        if free.all():
+            common = points
+            break
+        for i in np.flatnonzero(free).tolist():
+            if own[i] is None:
+                own[i] = points[i]
+    if common is not None:
+        return common, True
+    for i, point in enumerate(own):
+        if point is None:
+            raise InputError(_obstacle(robot, i, q[i], amount, limits, constraints))
+    return np.array(own), False
+
+
+def _sides(n: int, moving: IntArray) -> Iterator[Array]:
+    """(n,) +1 for axes that come from smaller values, -1 from larger; fewest -1 first."""
+    tried = 0
+    for flips in range(len(moving) + 1):
+        for flipped in combinations(moving.tolist(), flips):
+            sides = np.ones(n)
+            sides[list(flipped)] = -1.0
+            yield sides
+            tried += 1
+            if tried >= _TRIED:
+                return
+
+
+def _free(robot: Robot, points: Array, limits: Array, constraints: Sequence[Constraint]) -> Array:
+    """(S,) which points are within limits and constraints."""
+    inside = ((points >= limits[0] - _ROUNDING) & (points <= limits[1] + _ROUNDING)).all(axis=1)
+    if inside.any() and constraints:
+        room = margins_at(constraints, Posture(robot, points[inside]))
+        inside[inside] = (room >= -_TOLERANCE).all(axis=0)
+    return inside
+
+
+def _obstacle(
+    robot: Robot,
+    i: int,
+    q: Array,
+    amount: Array,
+    limits: Array,
+    constraints: Sequence[Constraint],
+) -> str:
+    """Why a configuration cannot be approached."""
+    way_out = "use a smaller approach distance, 0 for none, or plan with a joint margin"
+    for j, joint in enumerate(robot.joints):
+        below, above = q[j] - limits[0, j], limits[1, j] - q[j]
+        if max(below, above) < amount[j] - _ROUNDING:
+            scale, unit = joint.shown
+            return (
+                f"configuration {i + 1} cannot be approached: joint {joint.name!r} has only "
+                f"{scale * max(below, above):.4g}{unit} of room for an approach of "
+                f"{scale * amount[j]:.4g}{unit}; {way_out}"
+            )
+    room = margins_at(constraints, Posture(robot, (q - amount)[None]))[:, 0]
+    worst = constraints[int(np.argmin(room))].name if constraints else "a joint limit"
+    return f"configuration {i + 1} cannot be approached within {worst}; {way_out}"

@@ -1,0 +1,204 @@
+"""The robot program of a calibration campaign: every repeat a full cycle of loading.
+
+In: a study, load cases, repeats. Out: a `RobotProgram`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from elastocal.arrays import Array, IntArray
+from elastocal.constraints import describe, margins_at
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.errors import InfeasibleError, InputError
+from elastocal.motion.margins import Vias, hits, motion_margins, watched
+from elastocal.planning.assessment import TOLERANCE, assess
+from elastocal.programs.approach import approaches
+from elastocal.programs.robot_program import (
+    Ask,
+    Measure,
+    Move,
+    Provenance,
+    RobotProgram,
+    Settle,
+    Step,
+    check_limits,
+)
+from elastocal.robot.posture import Posture
+from elastocal.study.study import Study
+
+STANDARD_GRAVITY = 9.80665
+"""Weight of a kilogram [N/kg], for the masses in messages."""
+
+
+def campaign_program(
+    study: Study,
+    cases: LoadCases,
+    repeats: IntArray,
+    *,
+    name: str = "",
+    home: ArrayLike | None = None,
+    prebias: float = np.radians(0.5),
+    prebias_sliding: float = 1e-3,
+    settle: float = 2.0,
+    speed: float = 0.1,
+    digest: str = "",
+    via: Vias = (),
+) -> RobotProgram:
+    """Program of a calibration campaign, in the order of the load cases.
+
+    Every repeat is a full cycle: approach from the same side, go to the pose, measure unloaded,
+    load, measure loaded, unload. The robot never moves with the load on.
+
+    Args:
+        study: The study, from which the load cases are judged again.
+        cases: S load cases.
+        repeats: (S,) how often each is measured.
+        name: Name of the program, the study's if empty.
+        home: (n,) where to start and to end [rad or m]; None to start at the first approach point.
+        prebias: Approach distance of joints that turn [rad].
+        prebias_sliding: Approach distance of joints that slide [m].
+        settle: Wait before every measurement [s].
+        speed: Share of full speed, in (0, 1].
+        digest: SHA-256 of the plan file.
+        via: Configurations passed on the way, see `motion.Vias`.
+
+    Raises:
+        InfeasibleError: the load cases break constraints of the study, or a motion collides.
+        InputError: an argument is out of range, or a configuration cannot be approached.
+    """
+    worth = assess(study, cases, repeats)
+    if worth.violations:
+        raise InfeasibleError(worth.violations[0])
+    for value in (prebias, prebias_sliding):
+        if not (np.isfinite(value) and value >= 0.0):
+            raise InputError(f"an approach distance must not be negative, found {value:g}")
+    robot, limits = study.robot, study.limits
+    q = np.clip(cases.q, limits[0], limits[1])
+    amount = np.where(robot.prismatic, prebias_sliding, prebias)
+    before, same = approaches(robot, q, amount, limits, study.constraints)
+    beside = np.stack([np.clip(before, limits[0], limits[1]), q], axis=1).reshape(-1, q.shape[1])
+    start, notes = ([], []) if home is None else _home(study, home)
+    labels = [f"{kind}{i + 1}" for i in range(len(cases)) for kind in ("AP", "P")]
+    m = int(np.sum(repeats))
+    passed = list(via) or [np.zeros((0, q.shape[1]))] * (len(q) + 1)
+    between = np.concatenate(passed)
+    labels += [f"V{i + 1}" for i in range(len(between))]
+    program = RobotProgram(
+        name=name or study.name,
+        purpose=f"Calibration campaign: {m} experiments in {len(cases)} configurations.",
+        robot=robot,
+        targets=np.vstack([*start, beside, between]),
+        target_names=(*(["H0"] * len(start)), *labels),
+        steps=_steps(study, cases, repeats, len(start), settle, [len(part) for part in passed]),
+        speed=speed,
+        provenance=Provenance(study.name, digest),
+        notes=(*_notes(bool(start), same), *notes),
+        watched=bool(watched(study)),
+    )
+    _refuse_collisions(study, program)
+    return program
+
+
+def _refuse_collisions(study: Study, program: RobotProgram) -> None:
+    """Refuse a program in which a motion from target to target collides."""
+    order = [step.target for step in program.steps if isinstance(step, Move)]
+    pairs = list(dict.fromkeys(pairwise(order)))
+    if not pairs or not watched(study):
+        return
+    starts, goals = (program.targets[[pair[end] for pair in pairs]] for end in (0, 1))
+    margins = motion_margins(study, starts, goals)
+    for i in np.flatnonzero(~margins.free).tolist():
+        names = [program.target_names[target] for target in pairs[i]]
+        raise InfeasibleError(f"the motion from {names[0]} to {names[1]} {hits(margins, i)}")
+
+
+def _notes(home: bool, same: bool) -> tuple[str, ...]:
+    notes = ["Forces act at the load point of the tool, in the axes of the robot base."]
+    if not same:
+        notes.append("Not all poses are approached from the same side: limits are in the way.")
+    if not home:
+        notes.append("No home position: the first motion starts where the robot stands.")
+    return tuple(notes)
+
+
+def _steps(
+    study: Study,
+    cases: LoadCases,
+    repeats: IntArray,
+    first: int,
+    settle: float,
+    passed: Sequence[int],
+) -> tuple[Step, ...]:
+    """All cycles in order; `first` is the number of the first approach point, 1 if home is 0.
+
+    `passed` says how many via points lie before each pose and before the end; those from and to
+    home are left out if there is no home.
+    """
+    after = first + 2 * len(cases)
+    ways = np.split(np.arange(after, after + sum(passed)), np.cumsum(passed)[:-1])
+    steps: list[Step] = [Move(0)] if first else []
+    markers = " ".join(study.experiments.tool.marker_names)
+    m, experiment, approach = int(np.sum(repeats)), 0, first
+    for i, wrench in enumerate(cases.wrench):
+        approach = first + 2 * i
+        if i or first:
+            steps += [Move(target) for target in ways[i].tolist()]
+        for _ in range(int(repeats[i])):
+            experiment += 1
+            head = f"Experiment {experiment}/{m}"
+            free = f"{head}: pose {i + 1}. NO load. Measure {markers}."
+            bent = f"{head}: pose {i + 1}. LOADED. Measure {markers}."
+            steps += [
+                Move(approach),
+                Move(approach + 1),
+                Settle(settle),
+                Measure(free, experiment, i + 1, loaded=False),
+                Ask(f"{head}: {load_text(wrench)}."),
+                Settle(settle),
+                Measure(bent, experiment, i + 1, loaded=True),
+                Ask(f"{head}: take the load off. The robot moves next."),
+            ]
+    back = [Move(target) for target in ways[-1].tolist()] if first else []
+    return (*steps, *back, Move(0 if first else approach))
+
+
+def load_text(wrench: Array) -> str:
+    """What to load, in words: force, moment, and the mass if it is a hanging weight."""
+    force, moment = wrench[:3], wrench[3:]
+    size = float(np.linalg.norm(force))
+    parts = []
+    if size > 0.0 and np.hypot(force[0], force[1]) <= 1e-9 * size and force[2] < 0.0:
+        parts.append(f"hang {_plain(size / STANDARD_GRAVITY, 3)} kg")
+    elif size > 0.0:
+        parts.append(f"apply {_plain(size)} N")
+    if size > 0.0:
+        parts.append(f"Fx {_plain(force[0])} Fy {_plain(force[1])} Fz {_plain(force[2])} N")
+    if np.linalg.norm(moment) > 0.0:
+        parts.append(f"Tx {_plain(moment[0])} Ty {_plain(moment[1])} Tz {_plain(moment[2])} N.m")
+    return ", ".join(parts)
+
+
+def _plain(value: float, decimals: int = 2) -> str:
+    text = f"{value:.{decimals}f}"
+    text = text.rstrip("0").rstrip(".") if "." in text else text
+    return "0" if text == "-0" else text
+
+
+def _home(study: Study, home: ArrayLike) -> tuple[list[Array], list[str]]:
+    """Home within the limits, and a note on every constraint on measurements that it breaks."""
+    robot = study.robot
+    q = np.asarray(home, dtype=float)
+    if q.shape != (len(robot.joints),):
+        raise InputError(f"home needs {len(robot.joints)} joint values, found {q.size}")
+    check_limits(robot, q[None], ["home"])
+    room = margins_at(study.constraints, Posture(robot, q[None]))[:, 0]
+    return [q], [
+        f"Home breaks {c.name} by {describe(-float(margin), c.unit)}."
+        for c, margin in zip(study.constraints, room, strict=True)
+        if margin < -TOLERANCE
+    ]

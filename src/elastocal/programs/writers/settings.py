@@ -1,0 +1,30 @@
+"""What the user says of the controller, and what a writer is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from elastocal.programs.robot_program import RobotProgram
+from elastocal.robot.controller_axes import Coupling
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What a writer must know besides the program.
+
+    Attributes:
+        coupling: From joint values of the model to those of the controller; None if they agree.
+        external: Names of the joints that are external axes; None for the leading sliding ones of
+            a robot with more than six joints.
+        trigger: Output that starts a measurement: a number, or a signal name for RAPID; empty if
+            the operator does it.
+    """
+
+    coupling: Coupling | None = None
+    external: tuple[str, ...] | None = None
+    trigger: str = ""
+
+
+Writer = Callable[[RobotProgram, Settings], dict[str, str]]
+"""Program and settings → text by file name. The first file is the one to start."""

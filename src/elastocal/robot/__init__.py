@@ -1,0 +1,1 @@
+"""The rigid arm: joints, tools, shapes, and where they are in a configuration."""

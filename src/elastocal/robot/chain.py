@@ -1,0 +1,222 @@
+"""Robot: a serial chain of revolute and prismatic joints, as data, and its tools.
+
+A robot is data: fixed transforms, joint axes, limits. What follows from it, such as forward
+kinematics and Jacobians, is in `posture.py`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from elastocal.arrays import Array, BoolArray, frozen, unset
+from elastocal.errors import InputError
+from elastocal.robot.shapes import BodyMass, Shape
+
+
+@dataclass(frozen=True)
+class Joint:
+    """One actuated joint.
+
+    Attributes:
+        name: Name by which files and messages address the joint.
+        T_parent_joint: (4, 4) pose of the joint frame at q = 0 in the frame of the body
+            before it [m].
+        axis: (3,) axis in the joint frame; positive turn by the right-hand rule.
+        prismatic: True if the joint slides along its axis [m], False if it turns [rad].
+        lower: Lower limit [rad or m].
+        upper: Upper limit [rad or m].
+    """
+
+    name: str
+    T_parent_joint: Array
+    axis: Array
+    prismatic: bool = False
+    lower: float = -np.inf
+    upper: float = np.inf
+
+    @property
+    def shown(self) -> tuple[float, str]:
+        """Factor and unit in which people read a joint value: degrees or millimetres."""
+        return (1e3, "mm") if self.prismatic else (180.0 / np.pi, "°")
+
+    def __post_init__(self) -> None:
+        transform = frozen(self.T_parent_joint)
+        axis = np.array(self.axis, dtype=float)
+        if transform.shape != (4, 4) or not np.all(np.isfinite(transform)):
+            raise InputError(f"joint {self.name!r}: its transform must be a finite 4x4 matrix")
+        length = float(np.linalg.norm(axis)) if axis.shape == (3,) else 0.0
+        if not (np.isfinite(length) and length > 0.0):
+            raise InputError(f"joint {self.name!r}: its axis must be a non-zero vector [x, y, z]")
+        if not self.lower < self.upper:
+            raise InputError(
+                f"joint {self.name!r}: the lower limit {self.lower:g} must be below the upper "
+                f"limit {self.upper:g}"
+            )
+        object.__setattr__(self, "T_parent_joint", transform)
+        object.__setattr__(self, "axis", frozen(axis / length))
+
+
+@dataclass(frozen=True)
+class Tool:
+    """What is mounted on the flange, as points in the flange frame [m].
+
+    Attributes:
+        name: Name of the tool.
+        load_point: (3,) point where the wrench acts.
+        markers: (K, 3) points whose deflection is measured or asked for.
+        marker_names: K names.
+        tcp: (3,) point whose accuracy matters in a test pose; the load point if not given.
+        radius: How thick it is between the flange and its points, for collisions [m].
+    """
+
+    name: str
+    load_point: Array
+    markers: Array
+    marker_names: tuple[str, ...]
+    tcp: Array = field(default_factory=unset)
+    radius: float = 0.03
+
+    def __post_init__(self) -> None:
+        tcp = self.tcp if np.size(self.tcp) else self.load_point
+        object.__setattr__(self, "tcp", frozen(np.reshape(tcp, 3)))
+        object.__setattr__(self, "load_point", frozen(np.reshape(self.load_point, 3)))
+        object.__setattr__(self, "markers", frozen(np.reshape(self.markers, (-1, 3))))
+        if len(self.marker_names) != len(self.markers):
+            raise InputError(
+                f"tool {self.name!r}: {len(self.markers)} markers, {len(self.marker_names)} names"
+            )
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A serial chain from the base to the flange.
+
+    Attributes:
+        name: Name of the robot.
+        joints: The n actuated joints from base to flange.
+        T_tip_flange: (4, 4) pose of the flange in the frame of the last body [m].
+        tools: Tools known for this robot, by name.
+        masses: Masses of the bodies, for gravity; empty if not known.
+        visuals: Shapes to draw, in the frames of their bodies.
+        collisions: Shapes that must not touch.
+        remarks: Sentences on what was left out or assumed when the robot was read from a file.
+        sha256: Hash of that file, empty if there is none.
+        links: Transforms of the chain in normal form, (n + 1, 4, 4); made here.
+    """
+
+    name: str
+    joints: tuple[Joint, ...]
+    T_tip_flange: Array = field(default_factory=lambda: np.eye(4))
+    tools: dict[str, Tool] = field(default_factory=dict)
+    masses: tuple[BodyMass, ...] = ()
+    visuals: tuple[Shape, ...] = ()
+    collisions: tuple[Shape, ...] = ()
+    remarks: tuple[str, ...] = ()
+    sha256: str = ""
+    links: Array = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if not self.joints:
+            raise InputError(f"robot {self.name!r}: it has no joints")
+        names = [joint.name for joint in self.joints]
+        repeated = sorted({name for name in names if names.count(name) > 1})
+        if repeated:
+            raise InputError(f"robot {self.name!r}: joint name {repeated[0]!r} is used twice")
+        parts: list[BodyMass | Shape] = [*self.masses, *self.visuals, *self.collisions]
+        for part in parts:
+            if not 0 <= part.body <= len(self.joints):
+                raise InputError(
+                    f"robot {self.name!r}: {part.name!r} belongs to body {part.body}, but the "
+                    f"bodies are 0 to {len(self.joints)}"
+                )
+        object.__setattr__(self, "T_tip_flange", frozen(self.T_tip_flange))
+        object.__setattr__(self, "links", frozen(_normal_form(self.joints, self.T_tip_flange)))
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the n joints from base to flange."""
+        return tuple(joint.name for joint in self.joints)
+
+    @property
+    def prismatic(self) -> BoolArray:
+        """(n,) which joints slide."""
+        return np.array([joint.prismatic for joint in self.joints])
+
+    @property
+    def shown_scale(self) -> Array:
+        """(n,) factors from joint values to degrees or millimetres."""
+        return np.array([joint.shown[0] for joint in self.joints])
+
+    @property
+    def lower(self) -> Array:
+        """(n,) lower limits [rad or m]."""
+        return np.array([joint.lower for joint in self.joints])
+
+    @property
+    def upper(self) -> Array:
+        """(n,) upper limits [rad or m]."""
+        return np.array([joint.upper for joint in self.joints])
+
+    def index(self, names: Sequence[str]) -> list[int]:
+        """Positions of the joints called `names` in the chain.
+
+        Raises:
+            InputError: a name is not a joint of this robot; the message lists those that are.
+        """
+        unknown = [name for name in names if name not in self.joint_names]
+        if unknown:
+            raise InputError(
+                f"robot {self.name!r} has no joint {unknown[0]!r}; its joints are "
+                f"{', '.join(self.joint_names)}"
+            )
+        return [self.joint_names.index(name) for name in names]
+
+
+def transform(rotation: Array | None = None, translation: Sequence[float] = (0, 0, 0)) -> Array:
+    """(4, 4) homogeneous transform of a (3, 3) rotation and a translation [m]."""
+    matrix = np.eye(4)
+    if rotation is not None:
+        matrix[:3, :3] = rotation
+    matrix[:3, 3] = translation
+    return matrix
+
+
+def T_body_joint(robot: Robot, body: int) -> Array:
+    """(4, 4) frame of a joint, moved with its joint, seen from the frame of the body it moves.
+
+    The bodies of a `Posture` have their z along the joint axis; files give masses and shapes in
+    the joint's own frame. Both have the same origin. Body 0 is the base: the identity.
+
+    Args:
+        robot: Robot with n joints.
+        body: Number of actuated joints that move the body, 0 to n.
+
+    Source: ours; the normal form is G = T_parent_joint @ R with R z = axis, and R commutes as
+    Rot(axis, q) @ R = R @ Rot(z, q), so the answer is Rᵀ for any q.
+    """
+    if body == 0:
+        return np.eye(4)
+    return transform(_rotation_taking_z_to(robot.joints[body - 1].axis).T)
+
+
+def _normal_form(joints: tuple[Joint, ...], T_tip_flange: Array) -> Array:
+    """Transforms between bodies when every joint moves about, or along, its own z axis."""
+    links = []
+    undo = np.eye(4)
+    for joint in joints:
+        to_axis = transform(_rotation_taking_z_to(joint.axis))
+        links.append(undo @ joint.T_parent_joint @ to_axis)
+        undo = to_axis.T
+    links.append(undo @ T_tip_flange)
+    return np.array(links)
+
+
+def _rotation_taking_z_to(axis: Array) -> Array:
+    """A rotation whose third column is the unit vector `axis`."""
+    helper = np.eye(3)[np.argmin(np.abs(axis))]
+    x = np.cross(helper, axis)
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(axis, x), axis])

@@ -1,0 +1,161 @@
+"""Posture: where every joint axis and body of a robot is, for a batch of configurations.
+
+One pass through the chain serves forward kinematics, Jacobians, regressors and constraints.
+Inside this file and `elastic/regressor.py` the batch axis is the last one in memory: every
+operation then runs over N contiguous numbers, which is what makes NumPy fast here.
+Vectors are stored component first: (3, n, N) are n vectors in each of N configurations, so
+that a cross product works on three contiguous blocks. A body frame is stored as X, (4, 3, N):
+its x, y, z axes and its origin, in the base frame; a fixed transform T to the next frame is
+then the one product TᵀX.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from elastocal.arrays import Array
+from elastocal.robot.chain import Robot
+
+
+class Posture:
+    """A robot in N configurations.
+
+    Attributes:
+        robot: The robot.
+        q: (n, N) configurations [rad or m].
+        axes: (3, n, N) joint axes in the base frame.
+        origins: (3, n, N) points on the joint axes [m].
+        bodies: n + 2 arrays (4, 3, N): base, body after each joint, flange.
+    """
+
+    def __init__(self, robot: Robot, q: Array) -> None:
+        """Place `robot` in the configurations `q`, (N, n) [rad or m]."""
+        q = np.asarray(q, dtype=float).T
+        self.q = q
+        n, count = q.shape
+        self.robot = robot
+        self.axes = np.empty((3, n, count))
+        self.origins = np.empty((3, n, count))
+        cosine, sine = np.cos(q), np.sin(q)
+        body = np.zeros((4, 3, count))
+        body[0, 0] = body[1, 1] = body[2, 2] = 1.0
+        self.bodies = [body]
+        for i, joint in enumerate(robot.joints):
+            frame = _attached(robot.links[i], body)
+            self.axes[:, i], self.origins[:, i] = frame[2], frame[3]
+            body = np.empty_like(frame)
+            body[2] = frame[2]
+            if joint.prismatic:
+                body[:2] = frame[:2]
+                np.multiply(frame[2], q[i], out=body[3])
+                body[3] += frame[3]
+            else:
+                np.multiply(frame[:2], cosine[i], out=body[:2])
+                frame[:2] *= sine[i]
+                body[0] += frame[1]
+                body[1] -= frame[0]
+                body[3] = frame[3]
+            self.bodies.append(body)
+        self.bodies.append(_attached(robot.links[n], body))
+        self._points: dict[tuple[int, bytes], Array] = {}
+        self._jacobians: dict[int, Array] = {}
+
+    @property
+    def count(self) -> int:
+        """Number of configurations N."""
+        return int(self.axes.shape[2])
+
+    def point(self, local: Array, body: int = -1) -> Array:
+        """(3, N) position in the base frame of a point given in a body's frame [m]."""
+        key = (body, local.tobytes())  # regressor and constraints ask for the same few points
+        if key not in self._points:
+            frame = self.bodies[body]
+            self._points[key] = _combined(local, frame) + frame[3]
+        return self._points[key]
+
+    def direction(self, local: Array, body: int = -1) -> Array:
+        """(3, N) direction in the base frame of a direction given in a body's frame."""
+        return _combined(local, self.bodies[body])
+
+    def point_jacobian(self, point: Array) -> Array:
+        """(3, n, N) velocity of a flange point (3, N) for a unit velocity of each joint."""
+        if id(point) in self._jacobians:
+            return self._jacobians[id(point)]
+        velocity = cross(self.axes, point[:, None] - self.origins)
+        slides = self.robot.prismatic
+        if slides.any():
+            velocity[:, slides] = self.axes[:, slides]
+        if any(point is known for known in self._points.values()):
+            self._jacobians[id(point)] = velocity
+        return velocity
+
+    def pull_point(self, point: Array, cotangent: Array) -> Array:
+        """(n, N) gradient in q of a scalar with gradient `cotangent` (3, N) in a flange point."""
+        return dot(self.point_jacobian(point), cotangent[:, None])
+
+    def pull_direction(self, direction: Array, cotangent: Array) -> Array:
+        """(n, N) gradient in q of a scalar with gradient `cotangent` in a flange direction."""
+        gradient = dot(self.axes, cross(direction, cotangent)[:, None])
+        gradient[self.robot.prismatic] = 0.0
+        return gradient
+
+
+def forward_kinematics(robot: Robot, q: Array) -> Array:
+    """T_base_flange, (N, 4, 4) [m], of N configurations `q`, (N, n) [rad or m]."""
+    posture = Posture(robot, q)
+    transforms = np.zeros((posture.count, 4, 4))
+    transforms[:, :3, :] = posture.bodies[-1].transpose(2, 1, 0)
+    transforms[:, 3, 3] = 1.0
+    return transforms
+
+
+def jacobian(robot: Robot, q: Array, point: Array | None = None) -> Array:
+    """Geometric Jacobian at a point of the flange body.
+
+    Args:
+        robot: Robot with n joints.
+        q: (N, n) configurations [rad or m].
+        point: (3,) point in the flange frame [m]; the flange origin if None.
+
+    Returns:
+        (N, 6, n): velocity of the point over angular velocity, in the base frame.
+    """
+    posture = Posture(robot, q)
+    at = posture.point(np.zeros(3) if point is None else np.asarray(point, dtype=float))
+    result = np.zeros((posture.count, 6, len(robot.joints)))
+    turning = ~robot.prismatic
+    result[:, :3, :] = posture.point_jacobian(at).transpose(2, 0, 1)
+    result[:, 3:, turning] = posture.axes[:, turning].transpose(2, 0, 1)
+    return result
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Cross product along the first axis, (3, ...)."""
+    (a0, a1, a2), (b0, b1, b2) = a, b
+    result = np.empty((3, *np.broadcast(a0, b0).shape))
+    x, y, z = result
+    np.multiply(a1, b2, out=x)
+    x -= a2 * b1
+    np.multiply(a2, b0, out=y)
+    y -= a0 * b2
+    np.multiply(a0, b1, out=z)
+    z -= a1 * b0
+    return result
+
+
+def dot(a: Array, b: Array) -> Array:
+    """Scalar product along the first axis, (3, ...)."""
+    result = a[0] * b[0]
+    result += a[1] * b[1]
+    result += a[2] * b[2]
+    return result
+
+
+def _combined(local: Array, frame: Array) -> Array:
+    """(3, N) local[0] x + local[1] y + local[2] z of a frame (4, 3, N)."""
+    return (local @ frame[:3].reshape(3, -1)).reshape(3, -1)
+
+
+def _attached(link: Array, body: Array) -> Array:
+    """Frame fixed to `body` by the transform `link`, (4, 3, N)."""
+    return (link.T @ body.reshape(4, -1)).reshape(body.shape)

@@ -1,0 +1,30 @@
+"""Ways to get a robot: built in, from a table, or from a file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from elastocal.errors import InputError
+from elastocal.robot.chain import Robot
+from elastocal.robot.sources.dh import DHRow, from_dh
+from elastocal.robot.sources.kuka_kr270 import kuka_kr270
+from elastocal.robot.sources.three_link import three_link
+from elastocal.robot.sources.urdf import from_urdf
+
+__all__ = ["BUILTIN", "DHRow", "from_dh", "from_urdf", "kuka_kr270", "load", "three_link"]
+
+BUILTIN: dict[str, Callable[[], Robot]] = {
+    "kuka-kr270": kuka_kr270,
+    "three-link": three_link,
+}
+
+
+def load(name: str) -> Robot:
+    """The built-in robot called `name`.
+
+    Raises:
+        InputError: there is none; the message lists those there are.
+    """
+    if name not in BUILTIN:
+        raise InputError(f"no built-in robot {name!r}; there are {', '.join(BUILTIN)}")
+    return BUILTIN[name]()

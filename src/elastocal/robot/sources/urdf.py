@@ -1,0 +1,281 @@
+"""Robots from URDF files, through yourdfpy.
+
+In: a file, the names of base and tip. Out: a `Robot`: the actuated joints between them by name,
+fixed joints folded, masses and shapes of everything that hangs on them. Meshes are not opened.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from elastocal.arrays import Array
+from elastocal.errors import InputError
+from elastocal.robot.chain import Joint, Robot, T_body_joint
+from elastocal.robot.shapes import BodyMass, Shape
+from elastocal.robot.sources.mesh_files import MeshFiles
+from elastocal.robot.sources.urdf_text import UrdfText, checked
+from elastocal.robot.sources.urdf_tree import Tree
+
+LARGEST = 10 * 1024 * 1024  # bytes of a robot file; meshes are in files of their own
+_LONGEST_REACH = 50.0  # [m]
+_DEGREES, _ENDLESS = 8.0 * np.pi, 200.0 * np.pi  # limits [rad] beyond which they are doubted
+
+Limits = Mapping[str, tuple[float, float]]
+
+
+def from_urdf(
+    path: str | Path,
+    *,
+    base: str | None = None,
+    tip: str | None = None,
+    packages: Mapping[str, str | Path] | None = None,
+    limits: Limits | None = None,
+) -> Robot:
+    """Robot of a URDF or xacro file.
+
+    Args:
+        path: The file; with the ending .xacro it is expanded first.
+        base: Link that is the base frame; the one without a parent if not given.
+        tip: Link that is the flange; the only end of the chain if not given.
+        packages: Folders of packages, for meshes named package://... and for xacro's find.
+        limits: Lower and upper limits by joint that replace those of the file [rad or m].
+
+    Raises:
+        InputError: the file is wrong, or not a robot this program can treat; one sentence.
+    """
+    path = Path(path)
+    folders = {name: Path(folder) for name, folder in (packages or {}).items()}
+    data = _read(path)
+    if path.suffix.lower() == ".xacro":
+        from elastocal.robot.sources.xacro_text import expanded
+
+        data = expanded(path, folders)
+    meshes = MeshFiles(path.parent, folders)
+    return parse_urdf(data, str(path), meshes, base=base, tip=tip, limits=limits)
+
+
+def parse_urdf(
+    data: bytes,
+    where: str,
+    meshes: MeshFiles,
+    *,
+    base: str | None = None,
+    tip: str | None = None,
+    limits: Limits | None = None,
+) -> Robot:
+    """Robot of the text of a URDF; `where` names the file in messages. See `from_urdf`."""
+    text = checked(data, where)
+    model = _model(text.data)
+    tree = Tree([link.name for link in model.links], model.joints, where)
+    base_link = tree.base(base)
+    tip_link = tree.tip(base_link, tip)
+    chain = tree.chain(base_link, tip_link)
+    remarks = list(text.remarks)
+    robot, place = _robot(text, chain, base_link, limits or {}, remarks)
+    carried = tree.carried(chain, base_link, _held)
+    masses, visuals, collisions = _hanging(robot, model, place, carried, meshes)
+    path_names = {joint.name for joint in chain}
+    idle = [j.name for j in model.joints if j.type != "fixed" and j.name not in path_names]
+    if idle:
+        remarks.append(
+            f"{', '.join(idle[:6])}{' and others' if len(idle) > 6 else ''}: not between "
+            f"{base_link!r} and {tip_link!r}, held at zero"
+        )
+    return replace(
+        robot,
+        name=text.name or Path(where).stem,
+        masses=tuple(masses),
+        visuals=tuple(visuals),
+        collisions=tuple(collisions),
+        remarks=(*remarks, *meshes.remark()),
+        sha256=hashlib.sha256(data).hexdigest(),
+    )
+
+
+def _read(path: Path) -> bytes:
+    try:
+        size = path.stat().st_size
+        if size > LARGEST:
+            raise InputError(f"{path}: {size} bytes, more than the {LARGEST} that are read")
+        return path.read_bytes()
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
+    except (OSError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{path}: cannot be read ({error})") from None
+
+
+def _model(data: bytes) -> Any:
+    """The model that yourdfpy makes of a checked text."""
+    try:
+        import yourdfpy
+    except ImportError:
+        raise InputError(
+            "URDF files are read with the package yourdfpy, which is not installed; "
+            "pip install 'elastocal[urdf]'"
+        ) from None
+    loaded = yourdfpy.URDF.load(
+        io.BytesIO(data),
+        build_scene_graph=False,
+        build_collision_scene_graph=False,
+        load_meshes=False,
+        load_collision_meshes=False,
+    )
+    return loaded.robot
+
+
+def _robot(
+    text: UrdfText, chain: list[Any], base: str, limits: Limits, remarks: list[str]
+) -> tuple[Robot, dict[str, tuple[int, Array]]]:
+    """The chain as a robot, and (body, T_joint_link) of every link of it."""
+    joints: list[Joint] = []
+    T = np.eye(4)
+    place = {base: (0, T)}
+    for joint in chain:
+        T = T @ _origin(joint)
+        if joint.type != "fixed":
+            lower, upper = _limits(text, joint, limits, remarks)
+            axis = _axis(text, joint, remarks)
+            joints.append(Joint(joint.name, T, axis, joint.type == "prismatic", lower, upper))
+            T = np.eye(4)
+        place[joint.child] = (len(joints), T)
+    unknown = [name for name in limits if name not in {joint.name for joint in joints}]
+    if unknown:
+        names = ", ".join(joint.name for joint in joints)
+        raise InputError(f"{text.where}: no joint {unknown[0]!r} to limit; the joints are {names}")
+    if not joints:
+        raise InputError(
+            f"{text.where}: no joint moves between base {base!r} and tip "
+            f"{chain[-1].child if chain else base!r}"
+        )
+    reach = sum(float(np.linalg.norm(joint.T_parent_joint[:3, 3])) for joint in joints)
+    reach += float(np.linalg.norm(T[:3, 3]))
+    if reach > _LONGEST_REACH:
+        raise InputError(
+            f"{text.where}: the chain is {reach:.6g} m long; URDF is in metres, were millimetres "
+            "meant?"
+        )
+    return Robot(text.name, tuple(joints), T), place
+
+
+def _axis(text: UrdfText, joint: Any, remarks: list[str]) -> Array:
+    """The axis of a joint of the chain, which must be one this program can treat."""
+    at = text.at(joint.name)
+    if joint.type in ("floating", "planar"):
+        raise InputError(
+            f"{at} is {joint.type} and stands between base and tip; choose as 'base' the link "
+            f"behind it, {joint.child!r}"
+        )
+    if joint.name in text.mimics:
+        raise InputError(
+            f"{at} follows joint {text.mimics[joint.name]!r} (mimic); joints between base and tip "
+            "must move on their own"
+        )
+    axis = np.asarray(joint.axis, dtype=float)
+    length = float(np.linalg.norm(axis))
+    if length < 1e-6:
+        raise InputError(
+            f"{at} has axis {' '.join(f'{v:g}' for v in axis)}, which has no direction"
+        )
+    if abs(length - 1.0) > 1e-3:
+        remarks.append(f"{at}: its axis has length {length:.4g}; only the direction is used")
+    return axis
+
+
+def _limits(text: UrdfText, joint: Any, limits: Limits, remarks: list[str]) -> tuple[float, float]:
+    """Limits of a joint of the chain [rad or m]."""
+    if joint.name in limits:
+        return limits[joint.name]
+    at = text.at(joint.name)
+    key = "limits_mm" if joint.type == "prismatic" else "limits_deg"
+    mend = f"mend the file, or give {key} beside it"
+    lower, upper = (None, None) if joint.limit is None else (joint.limit.lower, joint.limit.upper)
+    if joint.type not in ("revolute", "prismatic"):
+        return -np.inf, np.inf
+    if lower is None or upper is None:
+        raise InputError(f"{at} is {joint.type} and has no lower and upper limit; {mend}")
+    if not lower < upper:
+        raise InputError(f"{at} has no room: lower limit {lower:g}, upper limit {upper:g}; {mend}")
+    largest = max(abs(lower), abs(upper))
+    if joint.type == "prismatic":
+        if largest > _LONGEST_REACH:
+            raise InputError(
+                f"{at} slides from {lower:g} to {upper:g} m; URDF is in metres, were millimetres "
+                f"meant? Otherwise {mend}"
+            )
+        return lower, upper
+    if largest > _ENDLESS and lower < 0.0 < upper:
+        remarks.append(f"{at}: limits {lower:g} to {upper:g} are taken as none")
+        return -np.inf, np.inf
+    if largest > _DEGREES:
+        raise InputError(
+            f"{at} turns from {lower:g} to {upper:g}; URDF is in radians, were degrees meant? "
+            f"Otherwise {mend}"
+        )
+    return lower, upper
+
+
+def _hanging(
+    robot: Robot,
+    model: Any,
+    place: dict[str, tuple[int, Array]],
+    carried: dict[str, tuple[str, Array]],
+    meshes: MeshFiles,
+) -> tuple[list[BodyMass], list[Shape], list[Shape]]:
+    """Masses, visuals and collision shapes in the frames of their bodies."""
+    palette = {m.name: m.color for m in model.materials if m.name and m.color is not None}
+    masses: list[BodyMass] = []
+    shapes: dict[str, list[Shape]] = {"visuals": [], "collisions": []}
+    for link in model.links:
+        if link.name not in carried:
+            continue
+        carrier, T_carrier_link = carried[link.name]
+        body, T_joint_carrier = place[carrier]
+        T_body_link = T_body_joint(robot, body) @ T_joint_carrier @ T_carrier_link
+        if link.inertial is not None and link.inertial.mass > 0.0:
+            center = (T_body_link @ _origin(link.inertial))[:3, 3]
+            masses.append(BodyMass(body, link.inertial.mass, center, link.name))
+        for key, found in shapes.items():
+            for solid in getattr(link, key):
+                pose = T_body_link @ _origin(solid)
+                found.append(_shape(solid, pose, body, link.name, palette, meshes))
+    return masses, shapes["visuals"], shapes["collisions"]
+
+
+def _shape(
+    solid: Any, pose: Array, body: int, name: str, palette: Mapping[str, Any], meshes: MeshFiles
+) -> Shape:
+    geometry = solid.geometry
+    material = getattr(solid, "material", None)
+    color = None if material is None else material.color or palette.get(material.name)
+    rgba = () if color is None else tuple(float(value) for value in color.rgba)
+    if geometry.mesh is not None:
+        scale = np.ones(3) if geometry.mesh.scale is None else geometry.mesh.scale
+        reference = geometry.mesh.filename
+        path = meshes.find(reference)
+        return Shape("mesh", scale, pose, body, name, path, reference, rgba)
+    if geometry.box is not None:
+        size = geometry.box.size
+    elif geometry.sphere is not None:
+        size = np.array([geometry.sphere.radius])
+    else:
+        size = np.array([geometry.cylinder.radius, geometry.cylinder.length])
+    return Shape(solid.name, size, pose, body, name, color=rgba)
+
+
+def _origin(element: Any) -> Array:
+    """(4, 4) pose of an element, the identity if it has none."""
+    return np.eye(4) if element.origin is None else np.asarray(element.origin, dtype=float)
+
+
+def _held(joint: Any) -> Array:
+    """(4, 4) pose of the child link of a joint off the chain, held at zero."""
+    return _origin(joint)

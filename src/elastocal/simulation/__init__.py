@@ -1,0 +1,1 @@
+"""Campaigns on a virtual robot, one or thousands."""

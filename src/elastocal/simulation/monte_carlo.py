@@ -1,0 +1,378 @@
+"""Monte Carlo: many virtual campaigns of plans side by side, predictions against what is found.
+
+In: study, truth, plans. Out: a `MonteCarlo`: for every plan the estimates and the errors that are
+left at the test poses when their compliances are used for compensation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastocal.arrays import Array, IntArray, frozen
+from elastocal.elastic.compliance_model import ComplianceModel
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.elastic.regressor import regressor, subset
+from elastocal.errors import InputError
+from elastocal.identification.batch import Design, fit_all
+from elastocal.identification.identify import identify
+from elastocal.identification.uncertainty import Fit, quantile
+from elastocal.measuring.instrument import Instrument
+from elastocal.simulation.remaining_error import Judge, errors_left, judge
+from elastocal.simulation.virtual_campaign import (
+    LoadError,
+    Outliers,
+    VirtualReadings,
+    deflections,
+    disturbed,
+    gross_errors,
+    noise,
+    simulate,
+    virtual_readings,
+)
+from elastocal.study.study import Study
+
+CHUNK = 250
+"""Campaigns computed together. Fixed, so that results do not depend on the number of workers."""
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class Campaigns:
+    """K virtual campaigns of one plan that identify p compliances, judged at T test poses.
+
+    Attributes:
+        name: Name of the plan.
+        experiments: Experiments in each campaign.
+        truth: (p,) true compliances [rad/(N·m) or m/N].
+        estimate: (K, p) estimates.
+        standard_error: (K, p) as each campaign reports them.
+        quantile: Half width of a 95 % interval in standard errors.
+        covariance: (p, p) predicted from the plan alone.
+        error: (K, T) distance between target and tool at the test poses after compensation [m].
+        weight: (T,) weights of the test poses, of sum 1.
+        rho0_each: (T,) predicted root mean squares of `error` [m].
+
+    Source: paper eqs. (13), (17), (20).
+    """
+
+    name: str
+    experiments: int
+    truth: Array
+    estimate: Array
+    standard_error: Array
+    quantile: float
+    covariance: Array
+    error: Array
+    weight: Array
+    rho0_each: Array
+
+    @property
+    def predicted_error(self) -> Array:
+        """(p,) predicted standard errors."""
+        return np.sqrt(np.diagonal(self.covariance))
+
+    @property
+    def bias(self) -> Array:
+        """(p,) mean estimate minus truth, in predicted standard errors."""
+        return np.asarray((self.estimate.mean(axis=0) - self.truth) / self.predicted_error)
+
+    @property
+    def spread(self) -> Array:
+        """(p,) standard deviation of the estimates over the predicted one."""
+        return np.asarray(self.estimate.std(axis=0, ddof=1) / self.predicted_error)
+
+    @property
+    def coverage(self) -> Array:
+        """(p,) share of the 95 % intervals that contain the truth."""
+        off = np.abs(self.estimate - self.truth)
+        return np.asarray(np.mean(off <= self.quantile * self.standard_error, axis=0))
+
+    @property
+    def rho0(self) -> float:
+        """Predicted root mean square error over test poses and campaigns [m]."""
+        return float(np.sqrt(self.weight @ self.rho0_each**2))
+
+    @property
+    def total(self) -> Array:
+        """(K,) root mean square error over the test poses [m]."""
+        return np.asarray(np.sqrt(self.error**2 @ self.weight))
+
+    @property
+    def rms(self) -> float:
+        """Root mean square error found [m]."""
+        return float(np.sqrt(np.mean(self.total**2)))
+
+    def likelihood_ratio(self) -> tuple[float, float]:
+        """Statistic and p-value of "the estimates scatter as predicted".
+
+        With S the covariance of the whitened estimates about their mean, ν (tr S - log det S - p)
+        with ν = K - 1 follows χ² with p (p + 1)/2 degrees of freedom.
+
+        Source: Anderson, An Introduction to Multivariate Statistical Analysis, ch. 10.
+        """
+        from scipy.special import chdtrc
+
+        scale = self.predicted_error
+        root = np.linalg.cholesky(self.covariance / np.outer(scale, scale))
+        white = np.linalg.solve(root, ((self.estimate - self.truth) / scale).T)
+        p, count = white.shape
+        found = np.cov(white).reshape(p, p)
+        statistic = (count - 1) * (np.trace(found) - np.linalg.slogdet(found)[1] - p)
+        return float(statistic), float(chdtrc(p * (p + 1) / 2, statistic))
+
+
+@dataclass(frozen=True)
+class MonteCarlo:
+    """Virtual campaigns of several plans.
+
+    Attributes:
+        springs: Names of the p identified compliances.
+        known: Springs of the truth that are not identified; every campaign knew them.
+        test_poses: Names of the T test poses.
+        plans: The campaigns of each plan.
+        number: Campaigns of each plan.
+        seed: Seed of the first.
+        how: How they were fitted.
+        linear: Whether the truth was linear.
+    """
+
+    springs: tuple[str, ...]
+    known: tuple[str, ...]
+    test_poses: tuple[str, ...]
+    plans: tuple[Campaigns, ...]
+    number: int
+    seed: int
+    how: Fit
+    linear: bool
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """All that the campaigns of one plan share; sent to the workers."""
+
+    design: Design
+    ideal: VirtualReadings
+    compliance: Array
+    how: Fit
+    judges: tuple[Judge, ...]
+    load_error: LoadError
+    outliers: Outliers
+    linear: bool
+
+
+def campaigns(
+    study: Study,
+    truth: ComplianceModel,
+    plans: Mapping[str, tuple[LoadCases, IntArray]],
+    number: int,
+    *,
+    seed: int = 0,
+    workers: int = 1,
+    how: Fit | None = None,
+    instrument: Instrument | None = None,
+    load_error: LoadError | None = None,
+    outliers: Outliers | None = None,
+    linear: bool = False,
+    progress: Progress | None = None,
+) -> MonteCarlo:
+    """Simulate, identify and judge `number` campaigns of every plan.
+
+    Springs of the truth that the study does not identify bend in the experiments, and are known to
+    the fit and to the compensation: what is compared is how well the plans find the others.
+
+    Args:
+        study: Robot, springs to identify, tool, instrument, test poses.
+        truth: True compliances; all identified springs must be in it.
+        plans: Load cases and repeats by the name of the plan.
+        number: Campaigns of each plan, at least 2.
+        seed: Same seed, same result, whatever the number of workers.
+        workers: Processes.
+        how: How to fit; robust losses and bounds are not available here.
+        instrument: What measures; the study's if None.
+        load_error: How true loads differ from recorded ones.
+        outliers: Gross errors.
+        linear: A linear truth, judged by the regressors of the test poses: for statistics.
+        progress: Told what is going on.
+
+    Raises:
+        InputError: the truth lacks a spring; fewer than 2 campaigns.
+        IdentifiabilityError: a plan does not identify the springs.
+        EquilibriumError: the arm gives way.
+    """
+    how = how or Fit()
+    _check(study, truth, number, workers, how)
+    shared: dict[str, _Plan] = {}
+    for name, (cases, repeats) in plans.items():
+        ideal = virtual_readings(study, truth, cases, instrument=instrument, linear=linear)
+        shared[name] = _Plan(
+            _design(study, truth, ideal, cases, repeats, how),
+            ideal,
+            truth.compliance,
+            how,
+            tuple(judge(study, truth, pose, linear=linear) for pose in study.test_poses),
+            load_error or LoadError(),
+            outliers or Outliers(),
+            linear,
+        )
+        # One campaign the long way: it refuses what cannot be identified, by name.
+        one = simulate(study, truth, cases, repeats, np.random.default_rng(seed), linear=linear)
+        identify(study.arm, one, how, known=truth)
+    jobs = [
+        (name, size, np.random.SeedSequence(seed, spawn_key=(i, k)))
+        for i, name in enumerate(plans)
+        for k, size in enumerate(_sizes(number))
+    ]
+    done = _run(shared, jobs, workers, progress)
+    found = []
+    for name in plans:
+        parts = [d for job, d in zip(jobs, done, strict=True) if job[0] == name]
+        found.append(_collected(study, truth, name, shared[name], parts))
+    return MonteCarlo(
+        springs=study.springs.names,
+        known=tuple(n for n in truth.names if n not in study.springs.names),
+        test_poses=tuple(pose.name for pose in study.test_poses),
+        plans=tuple(found),
+        number=number,
+        seed=seed,
+        how=how,
+        linear=linear,
+    )
+
+
+def _check(study: Study, truth: ComplianceModel, number: int, workers: int, how: Fit) -> None:
+    missing = [name for name in study.springs.names if name not in truth.names]
+    if missing:
+        raise InputError(f"the truth says nothing of {missing[0]}, which the study identifies")
+    if number < 2:
+        raise InputError(f"the number of campaigns must be at least 2, found {number}")
+    if workers < 1:
+        raise InputError(f"the number of workers must be at least 1, found {workers}")
+    if how.loss != "squares" or how.nonnegative:
+        raise InputError("many campaigns are fitted by plain least squares, without bounds")
+
+
+def _design(
+    study: Study,
+    truth: ComplianceModel,
+    ideal: VirtualReadings,
+    cases: LoadCases,
+    repeats: IntArray,
+    how: Fit,
+) -> Design:
+    return Design(
+        arm=ideal.arm,
+        free=np.array([truth.names.index(name) for name in study.springs.names]),
+        start=truth.compliance,
+        cases=cases,
+        case=np.repeat(np.arange(len(cases)), repeats),
+        covariance=ideal.covariance,
+        equilibrium=how.model == "equilibrium",
+    )
+
+
+def _sizes(number: int) -> list[int]:
+    """Sizes of the chunks."""
+    return [min(CHUNK, number - start) for start in range(0, number, CHUNK)]
+
+
+def _run(
+    shared: dict[str, _Plan],
+    jobs: list[tuple[str, int, np.random.SeedSequence]],
+    workers: int,
+    progress: Progress | None,
+) -> list[tuple[Array, Array, Array]]:
+    """The results of all chunks, in order."""
+    tell = progress or (lambda what, share: None)
+    done: list[tuple[Array, Array, Array]] = []
+    results = (_chunk(shared[name], size, seed) for name, size, seed in jobs)
+    if workers > 1:
+        try:
+            from joblib import Parallel, delayed
+        except ImportError:
+            raise InputError(
+                "more than one worker needs joblib: install elastocal[parallel]"
+            ) from None
+        run = Parallel(n_jobs=workers, return_as="generator")
+        results = run(delayed(_chunk)(shared[name], size, seed) for name, size, seed in jobs)
+    for (name, _, _), result in zip(jobs, results, strict=True):
+        done.append(result)
+        tell(name, len(done) / len(jobs))
+    return done
+
+
+def _chunk(plan: _Plan, size: int, seed: np.random.SeedSequence) -> tuple[Array, Array, Array]:
+    """Estimates, standard errors and errors at the test poses of `size` campaigns."""
+    readings = _readings(plan, size, np.random.default_rng(seed))
+    fitted = fit_all(plan.design, readings)
+    variance = np.ones(size)
+    if plan.how.sigma == "estimated":
+        variance = fitted.chi_square / plan.design.dof
+    diagonal = np.diagonal(fitted.covariance, axis1=1, axis2=2)
+    error = np.sqrt(variance[:, None] * diagonal)
+    left = np.stack([errors_left(one, fitted.compliance) for one in plan.judges], axis=1)
+    return fitted.compliance, error, left
+
+
+def _readings(plan: _Plan, size: int, rng: np.random.Generator) -> Array:
+    """(C, N, K, 3) what is read in `size` campaigns [m]."""
+    case, ideal, cases = plan.design.case, plan.ideal, plan.design.cases
+    by_noise, by_load, by_outlier = rng.spawn(3)
+    many = np.tile(case, size)
+    true = ideal.deflection[many]
+    if plan.load_error.size or plan.load_error.direction:
+        wrench = disturbed(cases.wrench[many], plan.load_error, by_load)
+        acting = LoadCases(cases.q[many], wrench)
+        true = deflections(ideal.arm, plan.compliance, acting, plan.linear)
+    read = true + noise(ideal.covariance, many, by_noise)
+    if plan.outliers.share:
+        read = read + gross_errors(read.shape, plan.outliers, by_outlier)
+    return np.asarray(read.reshape(size, len(case), *read.shape[1:]))
+
+
+def _collected(
+    study: Study,
+    truth: ComplianceModel,
+    name: str,
+    plan: _Plan,
+    parts: list[tuple[Array, Array, Array]],
+) -> Campaigns:
+    """The campaigns of a plan with what the plan alone predicts for them."""
+    estimate, error, left = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
+    design = plan.design
+    covariance = _predicted(study, design)
+    weight = np.array([pose.weight for pose in study.test_poses])
+    dof = float(design.dof) if plan.how.sigma == "estimated" else np.inf
+    return Campaigns(
+        name=name,
+        experiments=len(design.case),
+        truth=frozen(truth.of(study.springs.names)),
+        estimate=frozen(estimate),
+        standard_error=frozen(error),
+        quantile=quantile(0.975, dof),
+        covariance=frozen(covariance),
+        error=frozen(left),
+        weight=frozen(weight / weight.sum()),
+        rho0_each=frozen(
+            [
+                np.sqrt(np.trace(pose.regressor @ covariance @ pose.regressor.T))
+                for pose in study.test_poses
+            ]
+        ),
+    )
+
+
+def _predicted(study: Study, design: Design) -> Array:
+    """(p, p) covariance (13) of the estimates, from the regressor of the plan."""
+    springs = subset(design.arm.springs, study.springs.names)
+    rows = regressor(design.arm.robot, springs, design.arm.tool, design.cases)
+    white = np.linalg.inv(np.linalg.cholesky(design.covariance))
+    apart = white @ rows.reshape(*design.covariance.shape[:2], 3, -1)
+    repeats = np.bincount(design.case, minlength=len(design.cases))
+    flat = (np.sqrt(repeats)[:, None, None, None] * apart).reshape(-1, rows.shape[2])
+    scale = 1.0 / np.linalg.norm(flat, axis=0)
+    root = np.linalg.inv(np.linalg.qr(flat * scale, mode="r")) * scale[:, None]
+    return np.asarray(root @ root.T)

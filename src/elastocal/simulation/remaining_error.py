@@ -1,0 +1,68 @@
+"""What identified compliances leave at a test pose: the distance between target and tool.
+
+In: test pose, truth, many estimates. Out: (C,) errors after compensation, judged on the true arm.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from elastocal.arrays import Array, IntArray
+from elastocal.elastic.arm import ElasticArm
+from elastocal.elastic.compliance_model import ComplianceModel
+from elastocal.elastic.equilibrium import loaded_deflection
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.study.study import Study, TestPose
+
+
+@dataclass(frozen=True)
+class Judge:
+    """A test pose with the truth.
+
+    Attributes:
+        truth: (c,) true compliances of all springs [rad/(N·m) or m/N].
+        free: (p,) which of them are identified.
+        regressor: (r, p) A0.
+        arm: The true arm with the tool of the test pose, its TCP the only marker; None: the
+            regressor judges.
+        case: The load case of the test pose.
+    """
+
+    truth: Array
+    free: IntArray
+    regressor: Array
+    arm: ElasticArm | None = None
+    case: LoadCases | None = None
+
+
+def judge(study: Study, truth: ComplianceModel, pose: TestPose, *, linear: bool) -> Judge:
+    """The judge of a test pose; by its regressor where it has no load case, or if `linear`."""
+    free = np.array([truth.names.index(name) for name in study.springs.names])
+    if linear or pose.case is None or pose.tool is None:
+        return Judge(truth.compliance, free, pose.regressor)
+    tool = replace(pose.tool, markers=pose.tool.tcp[None], marker_names=("TCP",))
+    arm = ElasticArm(study.robot, truth.springs, tool, study.gravity)
+    return Judge(truth.compliance, free, pose.regressor, arm, pose.case)
+
+
+def errors_left(judge: Judge, estimates: Array) -> Array:
+    """(C,) errors after compensation with each of the estimates (C, p) [m].
+
+    Compensation moves the target by the modelled deflection; what is left is the deflection of the
+    true arm less that of the modelled one. Both are taken at the test pose: the compensated
+    configuration lies beside it by the deflection, which changes the error by less than one
+    percent of itself.
+
+    Source: paper eqs. (15), (16).
+    """
+    if judge.arm is None or judge.case is None:
+        off = (estimates - judge.truth[judge.free]) @ judge.regressor.T
+        return np.linalg.norm(off, axis=1)
+    each = np.tile(judge.truth, (len(estimates) + 1, 1))
+    each[1:, judge.free] = estimates
+    count = len(each)
+    cases = LoadCases(np.tile(judge.case.q, (count, 1)), np.tile(judge.case.wrench, (count, 1)))
+    bent = loaded_deflection(judge.arm, each, cases)
+    return np.linalg.norm(bent[1:] - bent[0], axis=1)

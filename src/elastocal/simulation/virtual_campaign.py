@@ -1,0 +1,202 @@
+"""Virtual campaigns: what an instrument would read on a robot whose compliances are known.
+
+In: study, true compliances, load cases. Out: `Measurements`, as a file of a real campaign gives.
+Deflections are those of the nonlinear equilibrium, a route that does not use the regressor.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastocal.arrays import Array, IntArray
+from elastocal.elastic.arm import ElasticArm
+from elastocal.elastic.compliance_model import ComplianceModel
+from elastocal.elastic.equilibrium import loaded_deflection, markers_at
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.elastic.regressor import deflection
+from elastocal.errors import InputError
+from elastocal.measuring.instrument import Instrument
+from elastocal.measuring.measurements import Measurements
+from elastocal.study.study import Study
+
+
+@dataclass(frozen=True)
+class LoadError:
+    """How the load that acts differs from the load that is recorded.
+
+    Attributes:
+        size: Standard deviation of its size, relative.
+        direction: Standard deviation of its tilt about either of the two axes across it [rad].
+    """
+
+    size: float = 0.0
+    direction: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("size", "direction"):
+            value = getattr(self, name)
+            if not 0.0 <= value < 1.0:
+                raise InputError(f"load error: {name} must be from 0 to below 1, found {value:g}")
+
+
+@dataclass(frozen=True)
+class Outliers:
+    """Gross errors of single readings.
+
+    Attributes:
+        share: Probability that a reading has one.
+        size: Its length [m]; its direction is random.
+    """
+
+    share: float = 0.0
+    size: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.share <= 1.0:
+            raise InputError(f"outliers: share must be from 0 to 1, found {self.share:g}")
+        if not (np.isfinite(self.size) and self.size >= 0.0):
+            raise InputError(f"outliers: size must be a length from 0, found {self.size:g}")
+
+
+@dataclass(frozen=True)
+class VirtualReadings:
+    """Everything of a virtual campaign that does not depend on chance.
+
+    Attributes:
+        arm: The true arm, with the tool of the experiments.
+        deflection: (S, K, 3) true deflections of S load cases [m].
+        covariance: (S, K, 3, 3) of their readings [m²].
+    """
+
+    arm: ElasticArm
+    deflection: Array
+    covariance: Array
+
+
+def simulate(
+    study: Study,
+    truth: ComplianceModel,
+    cases: LoadCases,
+    repeats: IntArray,
+    rng: np.random.Generator,
+    *,
+    instrument: Instrument | None = None,
+    load_error: LoadError | None = None,
+    outliers: Outliers | None = None,
+    linear: bool = False,
+) -> Measurements:
+    """Measure every load case as often as `repeats` says; each time is an experiment of its own.
+
+    Args:
+        study: Robot, tool, gravity and instrument of the campaign.
+        truth: True compliances; it may have springs that the study does not identify.
+        cases: S load cases, as they are recorded.
+        repeats: (S,) how often each is measured.
+        rng: Source of chance; load errors and outliers leave the noise as it is without them.
+        instrument: What measures; the study's if None.
+        load_error: How the true load differs from the recorded one, anew in each experiment.
+        outliers: Gross errors.
+        linear: Deflections of the linear model instead of the equilibrium: for statistics of an
+            estimator, not for its application.
+
+    Raises:
+        EquilibriumError: the arm gives way under a load case.
+        InputError: a compliance is negative.
+    """
+    case = np.repeat(np.arange(len(cases)), repeats)
+    by_noise, by_load, by_outlier = rng.spawn(3)
+    ideal = virtual_readings(study, truth, cases, instrument=instrument, linear=linear)
+    true = ideal.deflection[case]
+    if load_error is not None and (load_error.size or load_error.direction):
+        wrench = disturbed(cases.wrench[case], load_error, by_load)
+        acting = LoadCases(cases.q[case], wrench)
+        true = deflections(ideal.arm, truth.compliance, acting, linear)
+    covariance = ideal.covariance[case]
+    read = true + noise(ideal.covariance, case, by_noise)
+    if outliers is not None:
+        read = read + gross_errors(read.shape, outliers, by_outlier)
+    count, markers = read.shape[:2]
+    return Measurements(
+        tool=ideal.arm.tool,
+        cases=LoadCases(cases.q[case], cases.wrench[case]),
+        names=tuple(str(i + 1) for i in range(count)),
+        case=np.repeat(np.arange(count), markers),
+        marker=np.tile(np.arange(markers), count),
+        deflection=read.reshape(-1, 3),
+        covariance=covariance.reshape(-1, 3, 3),
+        source=f"simulated, {'linear' if linear else 'nonlinear'} truth: {truth.source or 'given'}",
+    )
+
+
+def virtual_readings(
+    study: Study,
+    truth: ComplianceModel,
+    cases: LoadCases,
+    *,
+    instrument: Instrument | None = None,
+    linear: bool = False,
+) -> VirtualReadings:
+    """True deflections of load cases and the covariance of their readings; see `simulate`."""
+    negative = [n for n, k in zip(truth.names, truth.compliance, strict=True) if k < 0.0]
+    if negative:
+        raise InputError(
+            f"the compliance of {negative[0]} is negative; a true one cannot be: no arm moves "
+            "against the load"
+        )
+    arm = ElasticArm(study.robot, truth.springs, study.experiments.tool, study.gravity)
+    still = np.zeros((len(cases), len(truth.springs)))
+    points = markers_at(arm, cases.q, still).reshape(len(cases), -1, 3)
+    meter = instrument or study.instrument
+    covariance = meter.covariance(points.reshape(-1, 3)).reshape(*points.shape, 3)
+    true = deflections(arm, truth.compliance, cases, linear)
+    return VirtualReadings(arm, true, covariance)
+
+
+def deflections(arm: ElasticArm, compliance: Array, cases: LoadCases, linear: bool) -> Array:
+    """(N, K, 3) deflections of the K markers of a true arm [m]; of the regressor if `linear`."""
+    if linear:
+        rows = deflection(arm.robot, arm.springs, compliance, arm.tool, cases)[:, :-3]
+    else:
+        rows = loaded_deflection(arm, compliance, cases)
+    return np.asarray(rows).reshape(len(cases), -1, 3)
+
+
+def noise(covariance: Array, case: IntArray, rng: np.random.Generator) -> Array:
+    """(N, K, 3) noise of N experiments, each of the load case `case`, (N,), of (S, K, 3, 3) [m]."""
+    root = np.linalg.cholesky(covariance)[case]
+    return np.asarray((root @ rng.standard_normal((*root.shape[:3], 1)))[..., 0])
+
+
+def disturbed(wrench: Array, error: LoadError, rng: np.random.Generator) -> Array:
+    """(N, 6) true wrenches of recorded ones: force and moment tilt and grow together.
+
+    Source: ours.
+    """
+    count = len(wrench)
+    grown = wrench * (1.0 + error.size * rng.standard_normal((count, 1)))
+    force, moment = grown[:, :3], grown[:, 3:]
+    main = np.where(np.any(force, axis=1, keepdims=True), force, moment)
+    length = np.linalg.norm(main, axis=1, keepdims=True)
+    along = main / np.maximum(length, 1e-300)
+    turn = rng.standard_normal((count, 3))
+    turn = error.direction * (turn - along * np.sum(along * turn, axis=1, keepdims=True))
+    return np.concatenate([_turned(force, turn), _turned(moment, turn)], axis=1)
+
+
+def _turned(vector: Array, turn: Array) -> Array:
+    """(N, 3) vectors turned by rotation vectors (N, 3): Rodrigues' formula."""
+    angle = np.linalg.norm(turn, axis=1, keepdims=True)
+    axis = turn / np.maximum(angle, 1e-300)
+    along = axis * np.sum(axis * vector, axis=1, keepdims=True)
+    across = np.cross(axis, vector)
+    return np.asarray(along + np.cos(angle) * (vector - along) + np.sin(angle) * across)
+
+
+def gross_errors(shape: tuple[int, ...], outliers: Outliers, rng: np.random.Generator) -> Array:
+    """(..., 3) errors of readings, zero but for a share of them [m]."""
+    hit = rng.random(shape[:-1]) < outliers.share
+    direction = rng.standard_normal(shape)
+    direction /= np.linalg.norm(direction, axis=-1, keepdims=True)
+    return np.asarray(np.where(hit[..., None], outliers.size * direction, 0.0))

@@ -1,0 +1,282 @@
+"""The design space of calibration experiments: which load cases there are to choose from.
+
+This is where the robot meets the optimal-design core: a design point is a configuration and, if
+the load is free, the direction of the force and of the moment.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastocal.arrays import Array, BoolArray
+from elastocal.constraints import Constraint, describe, margins_at
+from elastocal.design.oracle import restore
+from elastocal.elastic.allowed_loads import FreeDirection, Load
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.elastic.regressor import Regressor, VirtualJoints
+from elastocal.errors import InfeasibleError
+from elastocal.measuring.instrument import Instrument
+from elastocal.robot.chain import Robot, Tool
+from elastocal.robot.posture import Posture
+
+_CHUNK = 2048  # load cases evaluated at once: what stays in the cache
+
+
+@dataclass(frozen=True)
+class LoadCaseSpace:
+    """Load cases under joint limits, constraints and a bound on the wrench.
+
+    Attributes:
+        robot: The robot.
+        springs: The p unknown compliances.
+        tool: Tool with load point and measured markers.
+        force: Which forces may act [N].
+        moment: Which moments may act [N·m].
+        constraints: Constraints besides the joint limits.
+        instrument: What measures the deflections of the markers.
+        limits: (2, n) lower and upper joint values used for planning [rad or m].
+    """
+
+    robot: Robot
+    springs: VirtualJoints
+    tool: Tool
+    force: Load
+    moment: Load
+    constraints: Sequence[Constraint]
+    instrument: Instrument
+    limits: Array
+
+    @property
+    def parameters(self) -> int:
+        """Number p of unknown compliances."""
+        return len(self.springs)
+
+    @property
+    def lower(self) -> Array:
+        """(d,) lower bounds: joint limits, then -2 for each direction variable."""
+        return np.append(self.limits[0], np.full(self._free, -2.0))
+
+    @property
+    def upper(self) -> Array:
+        """(d,) upper bounds."""
+        return np.append(self.limits[1], np.full(self._free, 2.0))
+
+    @property
+    def _free(self) -> int:
+        return self.force.variables + self.moment.variables
+
+    def evaluate(self, x: Array) -> LoadCaseEvaluation:
+        """Regressor rows in units of their noise, margins and gradients at design points (N, d)."""
+        return LoadCaseEvaluation(self, x)
+
+    def load_cases(self, x: Array) -> LoadCases:
+        """Load cases at design points (N, d)."""
+        return LoadCases(x[:, : len(self.robot.joints)], self._wrench(x).T)
+
+    def points(self, cases: LoadCases) -> Array:
+        """(N, d) design points of load cases whose free loads have the largest norm."""
+        parts = [cases.q]
+        for load, vectors in (
+            (self.force, cases.wrench[:, :3]),
+            (self.moment, cases.wrench[:, 3:]),
+        ):
+            if load.variables:
+                norm = np.linalg.norm(vectors, axis=1, keepdims=True)
+                parts.append(np.where(norm > 0.0, vectors / np.where(norm > 0.0, norm, 1.0), 0.5))
+        return np.hstack(parts)
+
+    def canonical(self, x: Array) -> Array:
+        """The same design points with direction variables of norm 1."""
+        x, n = x.copy(), len(self.robot.joints)
+        for start in range(n, n + self._free, 3):
+            x[:, start : start + 3] /= np.linalg.norm(
+                x[:, start : start + 3], axis=1, keepdims=True
+            )
+        return x
+
+    def sample(self, count: int, rng: np.random.Generator) -> Array:
+        """(count, d) random feasible points: uniform in the joint ranges, then rejection.
+
+        Where nearly all are rejected, random points are moved to the nearest feasible ones.
+
+        Raises:
+            InfeasibleError: none is found even so; names the constraint in the way.
+        """
+        found: list[Array] = []
+        total = tried = 0
+        while total < count and not (tried >= _ENOUGH_TRIED and total < _THIN * tried):
+            drawn = min(20000, max(256, 4 * (count - total)))
+            x = self._draw(drawn, rng)
+            x = x[self._feasible(x)]
+            found.append(x)
+            total, tried = total + len(x), tried + drawn
+        if total < count:
+            found.append(self._sample_thin(count - total, np.concatenate(found), rng))
+        return np.concatenate(found)[:count]
+
+    def _sample_thin(self, count: int, known: Array, rng: np.random.Generator) -> Array:
+        """(count, d) points of a thin feasible set: random points restored, then stirred."""
+        restored = restore(self, self._draw(max(2 * count, 1000), rng))
+        feasible = self._feasible(restored)
+        pool = np.concatenate([restored[feasible], known])
+        if not len(pool):
+            self._raise_infeasible(restored)
+        if len(pool) < count:
+            pool = pool[rng.integers(0, len(pool), count)]
+        pool = pool[:count].copy()
+        half = pool[::2]
+        for share in (0.1, 0.03, 0.01):  # from the borders inward, at several scales
+            step = share * (self.upper - self.lower) * rng.normal(size=half.shape)
+            moved = np.clip(half + step, self.lower, self.upper)
+            inside = self._feasible(moved)
+            half[inside] = moved[inside]
+        return pool
+
+    def _draw(self, count: int, rng: np.random.Generator) -> Array:
+        """(count, d) points uniform in the joint ranges and in the allowed directions."""
+        x = np.empty((count, len(self.lower)))
+        start = len(self.robot.joints)
+        x[:, :start] = rng.uniform(self.limits[0], self.limits[1], (count, start))
+        for load in (self.force, self.moment):
+            if isinstance(load, FreeDirection):
+                x[:, start : start + 3] = load.sample(count, rng).T
+                start += 3
+        return x
+
+    def _raise_infeasible(self, x: Array) -> None:
+        """Name the constraint that is in the way at the best of the points `x`."""
+        margins = self._configuration_margins(x)
+        best = int(margins.min(axis=1).argmax())
+        worst = int(margins[best].argmin())
+        constraint = self.constraints[worst]
+        posture = Posture(self.robot, x[best : best + 1, : len(self.robot.joints)])
+        name = constraint.names_at(posture)[0]
+        depth = describe(-float(margins[best, worst]), constraint.unit)
+        raise InfeasibleError(
+            f"no feasible configuration found: the nearest one still breaks {name!r} "
+            f"by {depth}; relax it, or check the units and the "
+            "joint limits"
+        )
+
+    def _feasible(self, x: Array) -> BoolArray:
+        """(N,) which design points hold all constraints; the costly ones are asked last."""
+        n = len(self.robot.joints)
+        left = np.arange(len(x))
+        for costly in (False, True):
+            asked = [c for c in self.constraints if c.costly == costly]
+            if not asked:
+                continue
+            kept = []
+            for start in range(0, len(left), _CHUNK):
+                part = left[start : start + _CHUNK]
+                room = margins_at(asked, Posture(self.robot, x[part, :n]))
+                kept.append(part[(room >= 0.0).all(axis=0)])
+            left = np.concatenate(kept) if kept else left
+        feasible = np.zeros(len(x), dtype=bool)
+        feasible[left] = True
+        return feasible
+
+    def _configuration_margins(self, x: Array) -> Array:
+        n = len(self.robot.joints)
+        if not self.constraints:
+            return np.zeros((len(x), 0))
+        chunks = []
+        for start in range(0, len(x), _CHUNK):
+            posture = Posture(self.robot, x[start : start + _CHUNK, :n])
+            chunks.append(margins_at(self.constraints, posture).T)
+        return np.concatenate(chunks)
+
+    def _wrench(self, x: Array) -> Array:
+        """(6, N) wrenches of design points (N, d)."""
+        n, k = len(self.robot.joints), self.force.variables
+        return np.concatenate([self.force.decode(x.T[n : n + k]), self.moment.decode(x.T[n + k :])])
+
+
+_ENOUGH_TRIED = 100_000  # random points before rejection is given up ...
+_THIN = 0.003  # ... if fewer than this share are feasible
+
+
+class LoadCaseEvaluation:
+    """Rows, margins and gradients of N load cases; see `design.space.Evaluation`."""
+
+    def __init__(self, space: LoadCaseSpace, x: Array) -> None:
+        self._space, self._x = space, x
+        self._parts = [
+            _Part(space, x[start : start + _CHUNK]) for start in range(0, max(len(x), 1), _CHUNK)
+        ]
+        self.blocks = _joined([part.blocks for part in self._parts])
+        self.margins = _joined([part.margins for part in self._parts])
+
+    def pull(self, block_cotangent: Array, margin_cotangent: Array) -> Array:
+        """(N, d) gradient of a scalar with these gradients in `blocks` and `margins`."""
+        pulled = []
+        for i, part in enumerate(self._parts):
+            chosen = slice(i * _CHUNK, (i + 1) * _CHUNK)
+            pulled.append(part.pull(block_cotangent[chosen], margin_cotangent[chosen]))
+        return _joined(pulled)
+
+
+def _joined(arrays: list[Array]) -> Array:
+    return arrays[0] if len(arrays) == 1 else np.concatenate(arrays)
+
+
+class _Part:
+    """One chunk of an evaluation."""
+
+    def __init__(self, space: LoadCaseSpace, x: Array) -> None:
+        n = len(space.robot.joints)
+        self.space, self.x = space, x
+        posture = Posture(space.robot, x[:, :n])
+        self.wrench = space._wrench(x)
+        self.regressor = Regressor(posture, space.springs, space.tool, self.wrench.T)
+        self.posture = posture
+        self.markers = [posture.point(marker) for marker in space.tool.markers]
+        rows, self.unwhiten = space.instrument.whiten(self.regressor.rows, self.markers)
+        self.blocks = np.ascontiguousarray(rows.transpose(2, 0, 1))
+        results = [constraint.at(posture) for constraint in space.constraints]
+        margins = [margin for margin, _ in results]
+        self.pulls = [pull for _, pull in results]
+        start, self.cones = n, []
+        for load in (space.force, space.moment):
+            if isinstance(load, FreeDirection) and load.is_cone:
+                margin, gradient = load.cone(x.T[start : start + 3])
+                margins.append(margin)
+                self.cones.append((start, gradient))
+            start += load.variables
+        self.margins = np.array(margins).reshape(len(margins), len(x)).T
+
+    def pull(self, block_cotangent: Array, margin_cotangent: Array) -> Array:
+        n, k = len(self.space.robot.joints), self.space.force.variables
+        q_bar, wrench_bar = self._pull_rows(block_cotangent)
+        for pull, weight in zip(self.pulls, margin_cotangent.T, strict=False):
+            if weight.any():
+                q_bar += pull(weight)
+        x = self.x.T
+        if not self.space._free:
+            return q_bar.T
+        gradient = np.concatenate(
+            [
+                q_bar,
+                self.space.force.pull(x[n : n + k], wrench_bar[:3]),
+                self.space.moment.pull(x[n + k :], wrench_bar[3:]),
+            ]
+        )
+        for (start, slope), weight in zip(
+            self.cones, margin_cotangent.T[len(self.pulls) :], strict=True
+        ):
+            gradient[start : start + 3] += slope * weight
+        return gradient.T
+
+    def _pull_rows(self, block_cotangent: Array) -> tuple[Array, Array]:
+        """(n, N) gradient in q and (6, N) in the wrench of a gradient in `blocks`."""
+        if not block_cotangent.any():  # restoring asks for margins alone
+            return np.zeros_like(self.posture.q), np.zeros_like(self.wrench)
+        cotangent = np.ascontiguousarray(block_cotangent.transpose(1, 2, 0))
+        rows_bar, points_bar = self.unwhiten(cotangent)
+        q_bar, wrench_bar = self.regressor.pull(rows_bar)
+        for point, bar in zip(self.markers, points_bar or (), strict=False):
+            q_bar += self.posture.pull_point(point, bar)
+        return q_bar, wrench_bar

@@ -1,0 +1,254 @@
+"""Study: everything that defines a calibration campaign, as one frozen value.
+
+In: what a study file says. Out: the design space, the criterion and the test poses, in SI units.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from elastocal.arrays import Array, frozen, unset
+from elastocal.constraints import Constraint, JointLimit
+from elastocal.elastic.allowed_loads import FixedVector, Load
+from elastocal.elastic.arm import ElasticArm
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.elastic.regressor import VirtualJoints, joint_springs, regressor
+from elastocal.errors import InputError
+from elastocal.measuring.instrument import Instrument
+from elastocal.robot.chain import Robot, Tool
+from elastocal.robot.controller_axes import Coupling, uncoupled
+from elastocal.robot.pose_check import KnownPose
+from elastocal.study.experiment_space import LoadCaseSpace
+from elastocal.study.pace import Pace, for_robot
+
+
+@dataclass(frozen=True)
+class TestPose:
+    """Where accuracy is judged: a load case of the real task with its tool, or its regressor.
+
+    Attributes:
+        name: What the user calls it.
+        regressor: (r, p) A0: deflection [m] = A0 · compliance.
+        weight: Relative weight.
+        tool: Tool, None if the regressor was given.
+        case: The one load case, None if the regressor was given.
+
+    Source: paper, definition D3.
+    """
+
+    __test__ = False  # not a test, whatever pytest may think
+
+    name: str
+    regressor: Array
+    weight: float = 1.0
+    tool: Tool | None = None
+    case: LoadCases | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "regressor", frozen(self.regressor))
+
+
+def test_pose(
+    robot: Robot, springs: VirtualJoints, tool: Tool, case: LoadCases, weight: float, name: str
+) -> TestPose:
+    """Test pose of a load case: the deflection of the TCP under the process wrench."""
+    judged = replace(tool, markers=np.array([tool.tcp]), marker_names=("TCP",))
+    rows = regressor(robot, springs, judged, case)[0]
+    return TestPose(name, rows, weight, tool, case)
+
+
+test_pose.__test__ = False  # type: ignore[attr-defined]
+
+
+@dataclass(frozen=True)
+class Experiments:
+    """What is done in the calibration experiments.
+
+    Attributes:
+        tool: Tool with load point and markers.
+        force: Which forces may act [N].
+        count: Number of experiments m.
+        max_configurations: Most distinct load cases, None for as many as experiments.
+        moment: Which moments may act [N·m].
+    """
+
+    tool: Tool
+    force: Load
+    count: int
+    max_configurations: int | None = None
+    moment: Load = field(default_factory=lambda: FixedVector(np.zeros(3)))
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.count <= 1_000_000:
+            raise InputError(
+                f"the number of experiments must be from 1 to 1000000, found {self.count}"
+            )
+        if self.max_configurations is not None and self.max_configurations < 1:
+            raise InputError(
+                f"max_configurations must be at least 1, found {self.max_configurations}"
+            )
+        if self.force.size == 0.0 and self.moment.size == 0.0:
+            raise InputError(
+                "the experiments have neither force nor torque: without load nothing deflects "
+                "and nothing can be identified"
+            )
+
+
+@dataclass(frozen=True)
+class Done:
+    """What was measured before this plan.
+
+    Attributes:
+        source: File of the measurements.
+        sha256: Its hash.
+        experiments: How many experiments it has.
+        cases: Their distinct configurations, each with a wrench.
+        information: (p, p) information of their readings [(N·m/rad)²].
+    """
+
+    source: str
+    sha256: str
+    experiments: int
+    cases: LoadCases
+    information: Array
+
+
+@dataclass(frozen=True)
+class Study:
+    """A calibration campaign to be planned.
+
+    Attributes:
+        robot: The robot.
+        springs: The p compliances to identify.
+        test_poses: Where accuracy is judged.
+        experiments: What is done.
+        instrument: What measures the deflections.
+        constraints: Constraints on configurations besides the joint limits.
+        limits: (2, n) lower and upper joint values allowed [rad or m]; the robot's if not given.
+        criterion: Name of the criterion to plan for; see `criteria.CRITERIA`.
+        prior: (p, p) information there is already [(N·m/rad)²]; none if not given.
+        pace: How long things take at the cell; the usual if not given.
+        gravity: (3,) acceleration that the masses of the links feel [m/s²]; zero: left out.
+        controller: What the controller shows for the joint values of the model; the same if None.
+        known_poses: Poses read off at the robot, to check the model with.
+        name: What the user calls it.
+        text: The study file as written, empty if there is none.
+        done: What was measured before, if the plan is for the rest; `prior` counts it already.
+    """
+
+    robot: Robot
+    springs: VirtualJoints
+    test_poses: tuple[TestPose, ...]
+    experiments: Experiments
+    instrument: Instrument
+    constraints: tuple[Constraint, ...] = ()
+    limits: Array = field(default_factory=unset)
+    criterion: str = "test-pose"
+    prior: Array = field(default_factory=unset)
+    pace: Pace = field(default_factory=Pace)
+    gravity: Array = field(default_factory=lambda: np.zeros(3))
+    controller: Coupling | None = None
+    known_poses: tuple[KnownPose, ...] = ()
+    name: str = "study"
+    text: str = ""
+    done: Done | None = None
+
+    def __post_init__(self) -> None:
+        limits = self.limits if self.limits.size else [self.robot.lower, self.robot.upper]
+        object.__setattr__(self, "limits", frozen(_finite_limits(self.robot, np.array(limits))))
+        object.__setattr__(self, "pace", for_robot(self.pace, self.robot, self.limits))
+        p = len(self.springs)
+        prior = self.prior if self.prior.size else np.zeros((p, p))
+        object.__setattr__(self, "prior", frozen(prior))
+        object.__setattr__(self, "gravity", frozen(np.reshape(self.gravity, 3)))
+
+    @property
+    def sigma(self) -> float:
+        """Standard deviation of one measured coordinate [m], typical if it varies."""
+        return self.instrument.sigma
+
+    @property
+    def arm(self) -> ElasticArm:
+        """The robot with the springs to identify and the calibration tool."""
+        return ElasticArm(self.robot, self.springs, self.experiments.tool, self.gravity)
+
+    @property
+    def coupling(self) -> Coupling:
+        """What the controller shows for the joint values of the model."""
+        return self.controller or uncoupled(self.robot)
+
+    @property
+    def space(self) -> LoadCaseSpace:
+        """The load cases to choose from."""
+        e = self.experiments
+        return LoadCaseSpace(
+            self.robot,
+            self.springs,
+            e.tool,
+            e.force,
+            e.moment,
+            self.constraints,
+            self.instrument,
+            self.limits,
+        )
+
+    @property
+    def joint_limits(self) -> tuple[Constraint, ...]:
+        """The joint limits as constraints, two per joint that has any."""
+        constraints = []
+        for i, joint in enumerate(self.robot.joints):
+            scale, shown = joint.shown
+            unit = "m" if joint.prismatic else "rad"
+            for bound, upper, sign in (
+                (self.limits[0, i], False, ">="),
+                (self.limits[1, i], True, "<="),
+            ):
+                if not np.isfinite(joint.upper if upper else joint.lower) and (abs(bound) == np.pi):
+                    continue  # a joint that turns without end
+                name = f"{joint.name} {sign} {scale * bound:.6g}{shown}"
+                constraints.append(JointLimit(name, i, bound, upper=upper, unit=unit))
+        return tuple(constraints)
+
+
+def with_count(study: Study, count: int, configurations: int | None = None) -> Study:
+    """The same study with another number of experiments, and of configurations (None: any)."""
+    experiments = replace(study.experiments, count=count, max_configurations=configurations)
+    return replace(study, experiments=experiments)
+
+
+def springs_of(robot: Robot, names: list[str] | None) -> VirtualJoints:
+    """Joint springs to identify, in chain order.
+
+    Raises:
+        InputError: none, unknown or repeated joints.
+    """
+    if names is not None and not names:
+        raise InputError("identify lists no joints; name at least one")
+    if names is not None and len(set(names)) != len(names):
+        repeated = next(name for name in names if names.count(name) > 1)
+        raise InputError(f"identify lists joint {repeated!r} twice")
+    if names is not None:
+        order = robot.index(names)
+        names = [robot.joint_names[i] for i in sorted(order)]
+    return joint_springs(robot, names)
+
+
+def _finite_limits(robot: Robot, limits: Array) -> Array:
+    """Limits for planning: a joint that turns without end is planned within half a turn."""
+    for i, joint in enumerate(robot.joints):
+        if joint.prismatic and not np.isfinite(limits[:, i]).all():
+            raise InputError(
+                f"joint {joint.name!r} slides and has no limits; give it some in "
+                "constraints: joint_limits_mm"
+            )
+        if not joint.prismatic:
+            limits[:, i] = np.where(np.isfinite(limits[:, i]), limits[:, i], [-np.pi, np.pi])
+        if not limits[0, i] < limits[1, i]:
+            scale, unit = (1e3, " mm") if joint.prismatic else (180.0 / np.pi, "°")
+            raise InputError(
+                f"joint {joint.name!r} has no room left: its lower limit with margin is "
+                f"{scale * limits[0, i]:.6g}{unit}, the upper one {scale * limits[1, i]:.6g}{unit}"
+            )
+    return limits

@@ -1,0 +1,233 @@
+"""Motions: nothing between samples is missed, ways around are free, what is blocked is named."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from elastocal.constraints.cell import CollisionRules, clearances
+from elastocal.elastic.allowed_loads import FixedVector
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.elastic.regressor import joint_springs
+from elastocal.errors import InfeasibleError
+from elastocal.measuring.instrument import Isotropic
+from elastocal.motion.margins import (
+    TOLERANCE,
+    motion_margins,
+    motion_violations,
+    relative_speed,
+    watched,
+)
+from elastocal.motion.via_points import detours, refuse_home, way_around
+from elastocal.programs.campaign_program import campaign_program
+from elastocal.programs.robot_program import Move
+from elastocal.robot.chain import Joint, Robot, Tool, transform
+from elastocal.robot.posture import Posture
+from elastocal.robot.shapes import Shape
+from elastocal.robot.sources import kuka_kr270
+from elastocal.study.pace import Pace, for_robot
+from elastocal.study.study import Experiments, Study, test_pose
+from tests.arms import random_chain
+from tests.constraints.collision.oracle import CellOracle
+
+KUKA = kuka_kr270()
+BOXES = {
+    "table": (np.array([1.2, 1.6, 0.7]), transform(None, (1.7, 0.0, 0.35))),
+    "wall": (np.array([5.0, 0.1, 3.0]), transform(None, (0.0, 1.5, 1.5))),
+}
+HOME = np.radians([0.0, -120.0, 120.0, 0.0, 0.0, 0.0])
+
+
+def study_of(robot: Robot, tool: Tool, shapes: list[Shape], home: np.ndarray, **rules) -> Study:
+    limits = np.array([robot.lower, robot.upper])
+    springs = joint_springs(robot)
+    wrench = np.array([[300.0, 200.0, -1000.0, 0.0, 0.0, 0.0]])
+    pose = test_pose(robot, springs, tool, LoadCases(home[None], wrench), 1.0, "task")
+    found = clearances(robot, tool, limits, shapes, CollisionRules(**rules))
+    return Study(
+        robot,
+        springs,
+        (pose,),
+        Experiments(tool, FixedVector(wrench[0, :3]), 4),
+        Isotropic(3e-5),
+        constraints=found,
+        pace=for_robot(Pace(home=home), robot, limits),
+    )
+
+
+def kuka_study(**rules) -> Study:
+    shapes = [Shape("box", size, pose, 0, name) for name, (size, pose) in BOXES.items()]
+    return study_of(KUKA, KUKA.tools["calibration"], shapes, HOME, **rules)
+
+
+def free_configurations(study: Study, count: int, seed: int) -> np.ndarray:
+    q = np.random.default_rng(seed).uniform(*study.limits, (20 * count, len(study.robot.joints)))
+    posture = Posture(study.robot, q)
+    room = np.min([c.room(posture) for c in watched(study)], axis=0)
+    return q[room > 0.0][:count]
+
+
+def test_margins_are_those_of_dense_samples_by_pinocchio_and_coal() -> None:
+    study = kuka_study()
+    oracle = CellOracle(KUKA, KUKA.tools["calibration"], BOXES, 0.02)
+    left = {frozenset((x.first, x.second)) for c in watched(study) for x in c.left_out}
+    left |= {frozenset(p) for p in (("A4", "A6"), ("A5", "A6"), ("A6", "tool"))}
+    q = free_configurations(study, 24, 1)
+    found = motion_margins(study, q[:12], q[12:], enough=0.3)
+    assert 0 < found.free.sum() < 12, "the comparison sees motions of one kind only"
+    for i in range(12):
+        way = q[i] + np.linspace(0.0, 1.0, 400)[:, None] * (q[12 + i] - q[i])
+        dense = min(min(oracle.obstacle(one, name) for name in BOXES) for one in way)
+        dense = min(dense, *(oracle.itself(one, left) for one in way)) - 0.01
+        if found.margin[i] < 0.3:
+            assert found.margin[i] <= dense + 1e-6, "a sample is nearer than the least margin"
+            spacing = float(np.abs(q[12 + i] - q[i]).sum()) * 4.0 / 400
+            assert found.margin[i] >= dense - TOLERANCE - spacing
+        else:
+            assert dense > 0.29
+
+
+def test_a_wire_between_two_samples_is_not_missed() -> None:
+    wire = Shape("capsule", np.array([5e-4, 3.0]), transform(None, (2.2, 0.0, 1.5)), 0, "wire")
+    study = study_of(KUKA, KUKA.tools["calibration"], [wire], HOME, itself=False, margin=0.001)
+    q = np.radians([[-60.0, -90.0, 90.0, 0.0, 0.0, 0.0], [60.0, -30.0, 30.0, 0.0, 0.0, 0.0]])
+    start, goal = q[1].copy(), q[1].copy()
+    start[0] = -start[0]
+    found = motion_margins(study, start[None], goal[None])
+    assert not found.free[0]
+    assert found.words[0] == "wire with tool" or found.words[0].startswith("wire with")
+    assert found.distance[0] < 0.0
+
+
+def test_nothing_moves_faster_than_the_bound() -> None:
+    for seed, slides in ((0, [False] * 6), (1, [True, False, False, True, False, False])):
+        rng = np.random.default_rng(seed)
+        robot = random_chain(rng, slides)
+        robot = replace(
+            robot, joints=tuple(replace(j, lower=-2.0, upper=2.0) for j in robot.joints)
+        )
+        tool = Tool("t", rng.normal(size=3), rng.normal(size=(2, 3)), ("A", "B"))
+        shapes = [Shape("box", np.ones(3), transform(None, (3.0, 0, 0)), 0, "box")]
+        limits = np.array([robot.lower, robot.upper])
+        for clearance in clearances(robot, tool, limits, shapes, CollisionRules()):
+            starts, goals = rng.uniform(-2.0, 2.0, (2, 30, 6))
+            speed = relative_speed(robot, clearance.pairs, starts, goals)
+            for pair in range(len(clearance.pairs)):
+                only = replace(clearance.pairs, index=(clearance.pairs.index[pair],))
+                one = type(clearance)("x", only, 0.0)
+                share = rng.uniform(0.0, 1.0, (2, 30))
+                a, b = (starts + s[:, None] * (goals - starts) for s in share)
+                moved = one.room(Posture(robot, a)) - one.room(Posture(robot, b))
+                bound = speed[pair] * np.abs(share[0] - share[1])
+                assert (np.abs(moved) <= bound + 1e-9).all()
+
+
+def test_a_decision_is_the_sign_of_the_margin() -> None:
+    study = kuka_study()
+    q = free_configurations(study, 60, 3)
+    whole = motion_margins(study, q[:30], q[30:], enough=0.0)
+    quick = motion_margins(study, q[:30], q[30:], enough=0.0, decide=True)
+    assert np.array_equal(whole.free, quick.free)
+    assert 0 < whole.free.sum() < 30
+
+
+def test_ways_around_are_free_by_the_oracle() -> None:
+    study = kuka_study()
+    oracle = CellOracle(KUKA, KUKA.tools["calibration"], BOXES, 0.02)
+    q = free_configurations(study, 40, 5)
+    blocked = np.flatnonzero(~motion_margins(study, q[:20], q[20:]).free)[:3]
+    assert len(blocked) == 3
+    for i in blocked:
+        via = way_around(study, q[i], q[20 + i], np.random.default_rng(0))
+        assert via is not None
+        stops = np.vstack([q[i], via, q[20 + i]])
+        for a, b in pairwise(stops):
+            for one in a + np.linspace(0.0, 1.0, 120)[:, None] * (b - a):
+                assert min(oracle.obstacle(one, name) for name in BOXES) > 0.0099
+
+
+# A ball on two slides in the plane: ways around walls can be seen on paper.
+
+
+def slider(walls: list[tuple[str, tuple[float, float], tuple[float, float]]]) -> Study:
+    """Walls are (name, centre, sides)."""
+    x, y = (Joint(n, np.eye(4), np.eye(3)[i], True, -1.0, 1.0) for i, n in enumerate("XY"))
+    ball = Shape("sphere", np.array([0.1]), np.eye(4), 2, "ball")
+    tool = Tool("none", np.zeros(3), np.zeros((1, 3)), ("M",))
+    shapes = [
+        Shape("box", np.array([*sides, 1.0]), transform(None, (*centre, 0.0)), 0, name)
+        for name, centre, sides in walls
+    ]
+    robot = Robot("slider", (x, y), collisions=(ball,))
+    return study_of(robot, tool, shapes, np.array([-0.8, -0.8]), itself=False)
+
+
+GOAL = np.array([[0.8, 0.0]])
+
+
+def test_a_free_plan_needs_no_via_points() -> None:
+    study = slider([("post", (0.0, 0.8), (0.1, 0.1))])
+    assert detours(study, GOAL) == ()
+    assert motion_violations(study, GOAL) == ()
+
+
+def test_a_wall_with_a_way_round_it() -> None:
+    study = slider([("wall", (0.0, -0.2), (0.1, 1.5))])
+    assert "hits wall with ball by" in motion_violations(study, GOAL)[0]
+    via = detours(study, GOAL)
+    assert [len(points) for points in via] == [len(via[0]), len(via[1])]
+    assert len(via[0]) >= 1
+    assert motion_violations(study, GOAL, via) == ()
+
+
+def test_a_maze_needs_more_than_one_via_point() -> None:
+    walls = [
+        ("first", (-0.5, -0.3), (0.1, 1.4)),
+        ("second", (0.0, 0.3), (0.1, 1.4)),
+        ("third", (0.5, -0.3), (0.1, 1.4)),
+    ]
+    study = slider(walls)
+    via = detours(study, GOAL)
+    assert len(via[0]) >= 3
+    assert motion_violations(study, GOAL, via) == ()
+
+
+def test_what_blocks_all_ways_is_named() -> None:
+    study = slider([("curtain", (0.0, 0.0), (0.1, 3.0))])
+    with pytest.raises(InfeasibleError) as error:
+        detours(study, GOAL)
+    assert "from home to configuration 1" in str(error.value)
+    assert "hits curtain with ball by 150 mm at 50 %" in str(error.value)
+
+
+def test_a_home_in_collision_is_refused() -> None:
+    study = slider([("pile", (-0.8, -0.8), (0.3, 0.3))])
+    with pytest.raises(InfeasibleError, match=r"hits pile with ball by 250 mm; give .* home_deg"):
+        refuse_home(study)
+    refuse_home(slider([]))
+
+
+def test_near_passes_say_what_is_to_be_kept() -> None:
+    study = slider([("wall", (0.0, -0.505), (0.1, 0.2))])
+    study = replace(study, pace=replace(study.pace, home=np.array([-0.8, -0.3])))
+    sentences = motion_violations(study, np.array([[0.8, -0.3]]))
+    assert sentences[0].startswith("the motion from home to configuration 1 passes wall with ball")
+    assert "at 5 mm at 50 %, where 10 mm must be kept" in sentences[0]
+
+
+def test_programs_pass_the_via_points_and_refuse_to_leave_them_out() -> None:
+    study = slider([("wall", (0.0, -0.2), (0.1, 1.5))])
+    cases = LoadCases(GOAL, np.array([[300.0, 200.0, -1000.0, 0.0, 0.0, 0.0]]))
+    repeats = np.array([2])
+    via = detours(study, GOAL)
+    program = campaign_program(study, cases, repeats, home=study.pace.home, via=via)
+    names = [program.target_names[s.target] for s in program.steps if isinstance(s, Move)]
+    there = [f"V{i + 1}" for i in range(len(via[0]))]
+    back = [f"V{len(via[0]) + i + 1}" for i in range(len(via[1]))]
+    assert names == ["H0", *there, "AP1", "P1", "AP1", "P1", *back, "H0"]
+    with pytest.raises(InfeasibleError, match="from H0 to AP1 hits wall with ball"):
+        campaign_program(study, cases, repeats, home=study.pace.home)
+    campaign_program(study, cases, repeats)  # it starts where the robot stands

@@ -1,0 +1,258 @@
+"""Odd measurement files: some are read as they are meant, some are read and remarked upon."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from elastocal.files.measurements.measurement_file import read_measurements
+from elastocal.measuring.measurements import Measurements
+from elastocal.robot.posture import forward_kinematics
+from tests.files.campaign import STUDY_TEXT, study
+from tests.files.measurements.test_bad_measurements import FIRST, GOOD, HEAD, ROWS, STATES, edited
+
+SEMICOLONS = GOOD.replace(",", ";").replace(".", ",")
+
+
+def read(data: bytes | str, folder: Path, text: str = STUDY_TEXT) -> Measurements:
+    path = folder / "m.csv"
+    path.write_bytes(data.encode() if isinstance(data, str) else data)
+    return read_measurements(path, study(text))
+
+
+# the good file in other clothes: nothing changes, nothing is remarked
+SAME: dict[str, bytes] = {
+    "as it is": GOOD.encode(),
+    "byte order mark": GOOD.encode("utf-8-sig"),
+    "UTF-16": GOOD.encode("utf-16"),
+    "UTF-16 big endian": b"\xfe\xff" + GOOD.encode("utf-16-be"),
+    "Windows line ends": GOOD.replace("\n", "\r\n").encode(),
+    "old Macintosh line ends": GOOD.replace("\n", "\r").encode(),
+    "semicolons and decimal commas": SEMICOLONS.encode(),
+    "semicolons and decimal points": GOOD.replace(",", ";").encode(),
+    "tabs": GOOD.replace(",", "\t").encode(),
+    "bars": GOOD.replace(",", "|").encode(),
+    "all cells in quotes": "\n".join(
+        ",".join(f'"{cell}"' for cell in line.split(",")) for line in GOOD.splitlines()
+    ).encode()
+    + b"\n",
+    "blank lines": GOOD.replace("\n", "\n\n").encode(),
+    "rows of delimiters": (GOOD + "," * 14 + "\n").encode(),
+    "comments": GOOD.replace("\n", '\n# said the operator, "twice"\n').encode(),
+    "trailing delimiters": GOOD.replace("\n", ",\n").encode(),
+    "trailing delimiters below": (HEAD + ROWS.replace("\n", ",,,\n")).encode(),
+    "spaces around cells": GOOD.replace(",", " , ").encode(),
+    "double spaces in headers": GOOD.replace(" [", "   [").encode(),
+    "no space in headers": GOOD.replace(" [", "[").encode(),
+    "leading apostrophes": GOOD.replace(",", ",'").encode(),
+    "micrometres, cp1252": GOOD.replace("u [mm]", "u [µm]")
+    .replace(",0.02\n", ",20\n")
+    .encode("cp1252"),
+    "micrometres, Greek letter": GOOD.replace("u [mm]", "u [μm]")
+    .replace(",0.02\n", ",20\n")
+    .encode(),
+    "expanded uncertainty": GOOD.replace("u [mm]", "U95 [mm]")
+    .replace(",0.02\n", ",.04\n")
+    .encode(),
+    "kilonewtons": GOOD.replace("Fz [N]", "Fz [kN]").replace("-2500", "-2.5").encode(),
+    "lower case": GOOD.replace("A1 [", "a1 [").replace("Fz [", "fz [").encode(),
+    "extra columns": "\n".join(
+        f"temperature,{line},operator" if i == 0 else f'21;5,{line},"Müller, Jörg"'
+        for i, line in enumerate(GOOD.splitlines())
+    ).encode()
+    + b"\n",
+    "other columns without unit": GOOD.replace("u [mm]\n", "u [mm],x,y,z\n")
+    .replace(",0.02\n", ",0.02,1,2,3\n")
+    .encode(),
+    "version line": b"# elastocal measurements, version 1\n" + GOOD.encode(),
+    "exponents and signs": GOOD.replace("-2500", "-2.5e+3").replace(",0.1,", ",+1E-1,").encode(),
+    "minus of typographers": GOOD.replace("-", "−").encode(),
+}
+
+
+@pytest.mark.parametrize("name", SAME)
+def test_clothes_make_no_difference(name: str, tmp_path: Path) -> None:
+    right = read(GOOD, tmp_path)
+    found = read(SAME[name], tmp_path)
+    assert found.remarks == right.remarks == ()
+    assert found.names == right.names == ("1", "2", "3")
+    assert found.own_uncertainty
+    np.testing.assert_array_equal(found.marker, right.marker)
+    np.testing.assert_allclose(found.cases.q, right.cases.q, rtol=1e-14)
+    np.testing.assert_allclose(found.cases.wrench, right.cases.wrench, rtol=1e-14)
+    np.testing.assert_allclose(found.deflection, right.deflection, rtol=1e-14)
+    np.testing.assert_allclose(found.covariance, right.covariance, rtol=1e-14)
+    np.testing.assert_allclose(right.covariance[0], (2e-5) ** 2 * np.eye(3), rtol=1e-14)
+    np.testing.assert_allclose(right.deflection[1], [1e-4, 3e-4, -3.2e-3], rtol=1e-14)
+    np.testing.assert_allclose(np.degrees(right.cases.q[1]), [20, -70, 90, 35, 45, 55])
+
+
+def radians(text: str) -> str:
+    for i in range(1, 7):
+        text = text.replace(f"A{i} [deg]", f"A{i} [rad]")
+    return text
+
+
+# what is in the file; what one of the remarks says
+ODD: dict[str, tuple[bytes | str, list[str]]] = {
+    "degrees under a radian header": (radians(GOOD), ["95 rad", "were degrees meant?"]),
+    "radians under a degree header": (
+        HEAD + "1,M1,0.1,-1,1.4,0.5,0.7,0.9,0,0,-2500,0.1,0.2,-3.1,0.02\n",
+        ["beyond 1.4°", "were radians meant?"],
+    ),
+    "beyond the limits": (
+        GOOD.replace(",-60,", ",-160,"),
+        ["experiment 1: A2 is beyond its limits -140 … 0 °", "-160"]),
+    "deflections of metres": (
+        GOOD.replace("-3.1", "-3100"), ["experiment 1", "3.1 m", "micrometres meant"]),
+    "metres under millimetres": (
+        GOOD.replace(",0.", ",0.000").replace(",-3.", ",-0.003").replace(",0.00002\n", ",0.02\n"),
+        ["no deflection is above three times its noise"]),
+    "zero loads": (GOOD.replace("-2500", "0"), ["experiments 1, 2, 3: no load at all"]),
+    "half the load": (GOOD.replace("-2500", "-1250"), ["1250 N where the study plans 2500 N"]),
+    "other direction": (
+        GOOD.replace("0,0,-2500", "2500,0,0"), ["along [1.00 0.00 0.00]", "does not plan"]),
+    "against the force": (
+        GOOD.replace(",-3.", ",3."), ["6 of 6 deflections go against the force", "exchanged"]),
+    "repeated row": (GOOD + FIRST, ["1 row repeated exactly, first at", "line 8", "counted once"]),
+    "beam break": (
+        GOOD.replace("0.1,0.3,-3.2", "0.1,0.2,-3.1"), ["1 row repeat", "line 3", "beam broken"]),
+    "one marker missing": (
+        GOOD.replace("3,M2,30,-80,95,31,41,51,0,0,-2500,0.3,0.3,-3.6,0.02\n", ""),
+        ["experiment 3: 1 of up to 2 readings"]),
+    "marker never measured": (
+        HEAD + FIRST, ["marker 'M2' was never measured"]),
+    "experiments missing": (HEAD + FIRST, ["1 of the 3 experiments of the study"]),
+    "no line end": (GOOD[:-1], ["line 7", "no line end", "complete?"]),
+    "exactly zero": (GOOD.replace("0.1,0.2,-3.1", "0,0,0"), ["experiment 1", "exactly zero"]),
+    "joints that scatter": (
+        GOOD.replace("1,M2,10,", "1,M2,10.004,"), ["within experiments by up to 0.004 °", "means"]),
+    "forces that scatter": (
+        GOOD.replace("-2500,0.1,0.3", "-2504,0.1,0.3"), ["forces differ", "by up to 4 N", "means"]),
+    "stuck force sensor": (
+        HEAD + "".join(
+            f"{i},M{m},{i},-60,80,30,40,50,0,0,{-2500 - min(i, 6) * 0.7:.1f},"
+            f"0.1,0.{m},-3.{i}{m},0.02\n"
+            for i in range(1, 10) for m in (1, 2)), ["sensor stuck"]),
+    "marked rows": (
+        STATES + "2,M1,unloaded,a,b,,0,0,50,0,0,0,1,2,3,no\n",
+        ["1 row marked as invalid or deleted left out"]),
+    "counterpart marked": (
+        edited("1500.1,1\n", "1500.1,0\n", STATES),
+        ["1 readings are left out", "counterpart is marked invalid", "line 5"]),
+    "rest of a sensor": (
+        STATES.replace(",0,0,0,", ",0,0,-3,"), ["unloaded rows are not zero (up to 3 N)"]),
+    "row commented out": (
+        GOOD.replace("2,M1,", "#REF!,M1,"), ["line 4", "begins with #", "left out", "(1 such"]),
+    "unknown uncertainty": (
+        GOOD.replace("u [mm]", "U(95) [mm]"),
+        ["'U(95) [mm]' looks like an uncertainty", "not used"]),
+    "moments by another name": (
+        GOOD.replace("u [mm]", "Mz [N.m]"), ["column 'Mz [N.m]' looks like a torque"]),
+    "no UTF-8": (
+        GOOD.replace("3,M", "Höhe,M").encode("cp1252"), ["read as Windows-1252", "ö"]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_what_is_odd_is_said(name: str, tmp_path: Path) -> None:
+    data, expected = ODD[name]
+    found = read(data, tmp_path)
+    assert any(all(part in remark for part in expected) for remark in found.remarks), found.remarks
+    assert not any("\n" in remark for remark in found.remarks)
+
+
+def test_nothing_odd_is_corrected(tmp_path: Path) -> None:
+    """Remarks leave the numbers as they are in the file."""
+    found = read(radians(GOOD), tmp_path)
+    assert found.cases.q[0, 0] == 10.0
+    against = read(GOOD.replace(",-3.", ",3."), tmp_path)
+    np.testing.assert_allclose(against.deflection[0], [1e-4, 2e-4, 3.1e-3])
+
+
+def test_torques_that_are_planned_and_not_measured(tmp_path: Path) -> None:
+    text = STUDY_TEXT.replace("count: 3", "torque_Nm: [0, 0, 10], count: 3")
+    assert any("torques of 10 N·m" in remark for remark in read(GOOD, tmp_path, text).remarks)
+
+
+def test_loaded_minus_unloaded(tmp_path: Path) -> None:
+    """With the noise of the instrument, which is that of one difference."""
+    found = read(STATES, tmp_path)
+    assert not found.own_uncertainty
+    np.testing.assert_allclose(found.deflection, [[2e-4, 2e-4, -3e-3]] * 2, rtol=1e-9)
+    np.testing.assert_allclose(found.covariance, [(3e-5) ** 2 * np.eye(3)] * 2)
+    np.testing.assert_array_equal(found.cases.wrench, [[0, 0, -2500, 0, 0, 0]])
+
+
+def test_uncertainties_of_both_states_add(tmp_path: Path) -> None:
+    text = STATES.replace("valid", "u [mm]").replace(",1\n", ",0.03\n")
+    text = text.replace("1500.0,0.03", "1500.0,0.04")
+    found = read(text, tmp_path)
+    assert found.own_uncertainty
+    np.testing.assert_allclose(found.covariance[0], (5e-5) ** 2 * np.eye(3))
+    np.testing.assert_allclose(found.covariance[1], 2 * (3e-5) ** 2 * np.eye(3))
+
+
+@pytest.mark.parametrize("own", [True, False])
+def test_several_unloaded_readings_are_averaged(tmp_path: Path, own: bool) -> None:
+    again = "1,M1,unloaded,10,-60,80,30,40,50,0,0,0,1000.2,2000.0,1500.0,1\n"
+    text = STATES + again
+    if own:
+        text = text.replace("valid", "u [mm]").replace(",1\n", ",0.04\n")
+    found = read(text, tmp_path)
+    np.testing.assert_allclose(found.deflection[0], [1e-4, 2e-4, -3e-3], rtol=1e-8)
+    variance = 1.5 * 4e-5**2 if own else 0.75 * 3e-5**2
+    np.testing.assert_allclose(found.covariance[0], variance * np.eye(3))
+
+
+def test_a_tracker_sees_each_marker_with_its_own_noise(tmp_path: Path) -> None:
+    tracker = "{tracker: {position_mm: [4000, 1000, 500], along_um: 5, across_um: 15}}"
+    text = STUDY_TEXT.replace("{sigma_mm: 0.03}", tracker)
+    found = read(GOOD.replace("u [mm]", "unused"), tmp_path, text)
+    what = study(text)
+    for reading, (case, marker) in enumerate(zip(found.case, found.marker, strict=True)):
+        pose = forward_kinematics(what.robot, found.cases.q[case : case + 1])[0]
+        point = pose[:3, :3] @ found.tool.markers[marker] + pose[:3, 3]
+        expected = what.instrument.covariance(point[None])[0]
+        np.testing.assert_allclose(found.covariance[reading], expected, rtol=1e-9)
+
+
+def test_a_hanging_mass_pulls_down(tmp_path: Path) -> None:
+    rows = GOOD.replace("Fx [N],Fy [N],Fz [N]", "hanging mass [kg]").replace("0,0,-2500", "255")
+    found = read(rows, tmp_path)
+    np.testing.assert_allclose(found.cases.wrench[:, 2], -255 * 9.80665)
+    assert not found.cases.wrench[:, [0, 1, 3, 4, 5]].any()
+    heavier = read(rows, tmp_path, STUDY_TEXT + "gravity_m_s2: [0, 0, -9.81]\n")
+    np.testing.assert_allclose(heavier.cases.wrench[:, 2], -255 * 9.81)
+
+
+def test_three_files_row_by_row(tmp_path: Path) -> None:
+    """As they often are: joints, forces, deflections, matched by nothing but their order."""
+    one = STUDY_TEXT.replace(", M2: [500, 150, -300]", "")
+    whole = [line.split(",") for line in GOOD.splitlines()]
+    rows = [whole[0], *whole[1::2]]
+    parts = {"joints": range(2, 8), "forces": range(8, 11), "deflections": range(11, 14)}
+    paths = []
+    for name, used in parts.items():
+        paths.append(tmp_path / f"{name}.csv")
+        paths[-1].write_text("".join(",".join(row[i] for i in used) + "\n" for row in rows))
+    found = read_measurements(paths, study(one))
+    right = read(GOOD, tmp_path)
+    assert found.names == ("1", "2", "3")
+    np.testing.assert_array_equal(found.cases.q, right.cases.q)
+    np.testing.assert_array_equal(found.deflection, right.deflection[::2])
+    assert found.source == ", ".join(map(str, paths))
+    assert len(found.sha256) == 64
+
+
+def test_files_of_two_days_are_one_campaign(tmp_path: Path) -> None:
+    cut = GOOD.index("3,M1")
+    monday, tuesday = tmp_path / "monday.csv", tmp_path / "tuesday.csv"
+    monday.write_text(GOOD[:cut])
+    tuesday.write_text(HEAD + GOOD[cut:])
+    found, right = read_measurements([monday, tuesday], study()), read(GOOD, tmp_path)
+    assert found.names == right.names
+    np.testing.assert_array_equal(found.deflection, right.deflection)
+    np.testing.assert_array_equal(found.case, right.case)

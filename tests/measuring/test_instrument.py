@@ -1,0 +1,161 @@
+"""Instruments: covariance, and the whitening of rows with its gradient."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from elastocal.elastic.allowed_loads import FixedVector
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.elastic.regressor import Regressor, joint_springs, regressor
+from elastocal.measuring.instrument import PRESETS, Instrument, Isotropic, LaserTracker
+from elastocal.planning.assessment import assess, load_case_information
+from elastocal.planning.plain_values import simplify
+from elastocal.robot.posture import Posture
+from elastocal.robot.sources import kuka_kr270
+from elastocal.study.experiment_space import LoadCaseSpace
+from tests.arms import central_difference, random_chain, random_tool
+from tests.paper.problems import cone, kr270
+from tests.paper.published import A0, SIGMA
+
+TRACKER = LaserTracker(np.array([3.0, 0.4, 1.2]), 5e-6, 1.5e-7, 7.5e-6, 3e-6)
+NEAR = LaserTracker(np.array([1.0, -0.5, 0.7]), 4e-6, 5e-6, 2e-5, 8e-6)
+INSTRUMENTS: dict[str, Instrument] = {
+    "isotropic": Isotropic(3e-5), "tracker": TRACKER, "tracker among the poses": NEAR,
+}  # fmt: skip
+GRADIENT = 1e-8
+
+
+@pytest.mark.parametrize("name", INSTRUMENTS)
+def test_whitened_noise_is_of_unit_size(name: str) -> None:
+    """W covariance Wᵀ = I, at every marker by itself."""
+    instrument, rng = INSTRUMENTS[name], np.random.default_rng(0)
+    points = [rng.uniform(-4.0, 4.0, (3, 6)) for _ in range(2)]
+    unit = np.tile(np.vstack([np.eye(3)] * 2)[:, :, None], (1, 1, 6))
+    white, _ = instrument.whiten(unit, points)
+    for k, point in enumerate(points):
+        covariance = instrument.covariance(point.T)
+        for i in range(6):
+            root = white[3 * k : 3 * k + 3, :, i]
+            assert root @ covariance[i] @ root.T == pytest.approx(np.eye(3), abs=1e-12)
+
+
+@pytest.mark.parametrize("name", INSTRUMENTS)
+@pytest.mark.parametrize("slides", [[False] * 6, [True, False, False, True, False]])
+def test_gradient_of_whitened_rows(name: str, slides: list[bool]) -> None:
+    """Through the rows and through the place of the markers, several of them."""
+    rng = np.random.default_rng(1)
+    robot, tool = random_chain(rng, slides), random_tool(rng, 3)
+    n = len(slides)
+    force, moment = (FixedVector(rng.normal(size=3)) for _ in range(2))
+    limits = np.tile([[-3.0], [3.0]], n)
+    space = LoadCaseSpace(
+        robot, joint_springs(robot), tool, force, moment, (), INSTRUMENTS[name], limits
+    )
+    q = rng.uniform(-2.0, 2.0, (6, n))
+    at = space.evaluate(q)
+    weights = rng.normal(size=at.blocks.shape) / np.abs(at.blocks).max()
+
+    def scalar(x: np.ndarray) -> np.ndarray:
+        return (space.evaluate(x).blocks * weights).sum(axis=(1, 2))
+
+    expected = central_difference(scalar, q)
+    assert at.pull(weights, np.zeros((6, 0))) == pytest.approx(
+        expected, abs=GRADIENT * (1.0 + np.abs(expected).max())
+    )
+
+
+def test_isotropic_rows_are_those_over_sigma_to_the_last_bit() -> None:
+    study, rng = kr270(A0), np.random.default_rng(2)
+    x = study.space.sample(50, rng)
+    cases = study.space.load_cases(x)
+    rows = regressor(study.robot, study.springs, study.experiments.tool, cases) / SIGMA
+    at = study.space.evaluate(x)
+    assert np.array_equal(at.blocks, rows)
+    assert np.array_equal(load_case_information(study, cases), rows.transpose(0, 2, 1) @ rows)
+    part = Regressor(Posture(study.robot, x), study.springs, study.experiments.tool, cases.wrench)
+    cotangent = rng.normal(size=rows.shape)
+    expected = part.pull(np.ascontiguousarray(cotangent.transpose(1, 2, 0)) / SIGMA)[0]
+    none = np.zeros_like(at.margins)
+    assert np.array_equal(at.pull(cotangent, none), expected.T)
+
+
+def test_information_of_a_tracker_is_that_of_weighted_least_squares() -> None:
+    """Aᵀ Σ⁻¹ A with the covariance solved for, not factored."""
+    study = replace(kr270(A0), instrument=TRACKER)
+    cases = study.space.load_cases(study.space.sample(20, np.random.default_rng(3)))
+    tool = study.experiments.tool
+    rows = regressor(study.robot, study.springs, tool, cases)
+    points = Posture(study.robot, cases.q).point(tool.markers[0]).T
+    expected = rows.transpose(0, 2, 1) @ np.linalg.solve(TRACKER.covariance(points), rows)
+    scale = np.abs(expected).max()
+    assert load_case_information(study, cases) == pytest.approx(expected, abs=1e-11 * scale)
+
+
+def test_a_tracker_as_good_along_as_across_is_isotropic() -> None:
+    ball = LaserTracker(np.array([3.0, 0.0, 1.0]), 1e-5, 0.0, 1e-5, 0.0)
+    plain = Isotropic(np.sqrt(2.0) * 1e-5)
+    study = kr270(A0)
+    cases = study.space.load_cases(study.space.sample(10, np.random.default_rng(4)))
+    one = load_case_information(replace(study, instrument=ball), cases)
+    other = load_case_information(replace(study, instrument=plain), cases)
+    assert one == pytest.approx(other, rel=1e-9, abs=1e-12 * np.abs(other).max())
+    assert ball.sigma == pytest.approx(plain.sigma)
+
+
+def test_presets_are_half_of_what_the_maker_permits() -> None:
+    """Leica AT500: 10 µm + 0.3 µm/m along, 15 µm + 6 µm/m across, as permissible errors."""
+    preset = PRESETS["leica-at500"]
+    assert 2e6 * preset.along == pytest.approx(10.0)
+    assert 2e6 * preset.along_per_metre == pytest.approx(0.3)
+    assert 2e6 * preset.across == pytest.approx(15.0)
+    assert 2e6 * preset.across_per_metre == pytest.approx(6.0)
+    placed = preset.at(np.array([3.0, 0.0, 1.0]))
+    assert placed.deviations(np.array(2.0)) == pytest.approx((5.3e-6, 13.5e-6))
+
+
+def test_axis_1_is_free_only_where_the_instrument_does_not_see_it() -> None:
+    """A hung weight and noise alike everywhere: A1 changes nothing. With a tracker it does."""
+    study = kr270(A0)
+    x = study.space.sample(6, np.random.default_rng(5))
+    cases = study.space.load_cases(x)
+    assert simplify(study, cases)[1] == ("A1",)
+    tracked = replace(study, instrument=TRACKER)
+    simple, free = simplify(tracked, cases)
+    assert free == ()
+    assert np.array_equal(simple.q[:, 0], cases.q[:, 0])
+    above = LaserTracker(np.array([0.0, 0.0, 6.0]), 5e-6, 1.5e-7, 7.5e-6, 3e-6)
+    assert simplify(replace(study, instrument=above), cases)[1] == ("A1",)
+
+
+def test_a_free_force_and_a_tracker_together() -> None:
+    study = replace(kr270(A0, force=cone(30.0)), instrument=TRACKER)
+    space, rng = study.space, np.random.default_rng(6)
+    x = space.sample(4, rng)
+    at = space.evaluate(x)
+    weights = rng.normal(size=at.blocks.shape) / np.abs(at.blocks).max()
+    margins = rng.normal(size=at.margins.shape)
+
+    def scalar(y: np.ndarray) -> np.ndarray:
+        there = space.evaluate(y)
+        return (there.blocks * weights).sum(axis=(1, 2)) + (there.margins * margins).sum(axis=1)
+
+    expected = central_difference(scalar, x)
+    assert at.pull(weights, margins) == pytest.approx(
+        expected, abs=GRADIENT * (1.0 + np.abs(expected).max())
+    )
+
+
+def test_a_marker_at_the_tracker_is_no_trap() -> None:
+    robot = kuka_kr270()
+    tool = robot.tools["calibration"]
+    q = np.radians([[10.0, -60.0, 80.0, 20.0, 30.0, 0.0]])
+    at = Posture(robot, q).point(tool.markers[0])[:, 0]
+    study = replace(kr270(A0), instrument=replace(TRACKER, position=at))
+    case = LoadCases(q, np.array([[0.0, 0.0, -2500.0, 0.0, 0.0, 0.0]]))
+    assert np.isfinite(assess(study, case, np.array([3])).information).all()
+    evaluation = study.space.evaluate(q)
+    pulled = evaluation.pull(evaluation.blocks, evaluation.margins)
+    assert np.isfinite(pulled).all()

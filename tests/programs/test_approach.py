@@ -1,0 +1,98 @@
+"""Approach points: the same side for every axis, inside limits and constraints."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from elastocal.constraints import HalfSpace
+from elastocal.errors import InputError
+from elastocal.programs.approach import approaches
+from elastocal.robot.posture import forward_kinematics
+from tests.programs.writers.campaigns import arm
+
+
+def limits_of(n: int, size: float = 1.0) -> np.ndarray:
+    return np.array([-size * np.ones(n), size * np.ones(n)])
+
+
+def test_every_axis_comes_from_below() -> None:
+    q = np.array([[0.1, 0.2, 0.3], [-0.5, 0.0, 0.9]])
+    amount = np.array([0.01, 0.02, 0.001])
+    points, same = approaches(arm("RRP"), q, amount, limits_of(3))
+    np.testing.assert_allclose(points, q - amount)
+    assert same
+
+
+def test_an_axis_at_its_lower_limit_comes_from_above_everywhere() -> None:
+    q = np.array([[0.1, -1.0, 0.3], [-0.5, 0.0, 0.9]])
+    points, same = approaches(arm("RRR"), q, np.full(3, 0.01), limits_of(3))
+    np.testing.assert_allclose(points - q, [[-0.01, 0.01, -0.01]] * 2)
+    assert same
+
+
+def test_an_axis_at_both_limits_has_its_side_by_pose() -> None:
+    q = np.array([[0.1, -1.0, 0.3], [-0.5, 1.0, 0.9]])
+    points, same = approaches(arm("RRR"), q, np.full(3, 0.01), limits_of(3))
+    np.testing.assert_allclose(points - q, [[-0.01, 0.01, -0.01], [-0.01, -0.01, -0.01]])
+    assert not same
+
+
+def test_no_approach_is_the_pose_itself() -> None:
+    q = np.array([[0.1, -1.0, 1.0]])
+    points, same = approaches(arm("RRR"), q, np.zeros(3), limits_of(3))
+    np.testing.assert_array_equal(points, q)
+    assert same
+
+
+def test_no_room_names_the_joint() -> None:
+    limits = limits_of(3)
+    limits[:, 1] = [-0.004, 0.004]
+    with pytest.raises(InputError, match=r"configuration 1 .*'J2' has only 0.22.* 0.573"):
+        approaches(arm("RRR"), np.zeros((1, 3)), np.full(3, 0.01), limits)
+
+
+def lowest(height: float) -> HalfSpace:
+    """The flange must not be below `height`."""
+    return HalfSpace("height of the flange", np.zeros(3), np.array([0.0, 0, 1]), height)
+
+
+def test_constraints_hold_at_the_approach_point() -> None:
+    robot, q = arm("RRR"), np.array([[0.1, 0.4, 0.3]])
+    amount, limits = np.full(3, 0.01), limits_of(3)
+    height = forward_kinematics(robot, q)[0, 2, 3]
+    rise, _ = approaches(robot, q, amount, limits)
+    sign = np.sign(forward_kinematics(robot, rise)[0, 2, 3] - height)
+    # The bound that the unhindered approach breaks: from below, or from above.
+    tight = HalfSpace("touching", np.zeros(3), np.array([0.0, 0, -sign]), -sign * height)
+    assert tight.margin(robot, rise)[0] < -1e-3
+    points, same = approaches(robot, q, amount, limits, [tight])
+    assert tight.margin(robot, points)[0] >= -1e-5
+    np.testing.assert_allclose(np.abs(points - q), 0.01 * np.ones((1, 3)))
+    assert same
+
+
+def test_a_constraint_in_the_way_is_named() -> None:
+    robot, q = arm("R"), np.array([[0.0]])
+    with pytest.raises(InputError, match="within height of the flange"):
+        approaches(robot, q, np.array([0.01]), limits_of(1), [lowest(10.0)])
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    count=st.integers(1, 5),
+    kinds=st.text("RP", min_size=1, max_size=7),
+)
+def test_amounts_are_whole_and_inside(seed: int, count: int, kinds: str) -> None:
+    rng = np.random.default_rng(seed)
+    n = len(kinds)
+    q = rng.uniform(-1.0, 1.0, (count, n))
+    q = np.where(rng.uniform(size=q.shape) < 0.3, np.sign(q), q)
+    amount = rng.uniform(0.0, 0.2, n)
+    points, same = approaches(arm(kinds), q, amount, limits_of(n))
+    np.testing.assert_allclose(np.abs(points - q), np.tile(amount, (count, 1)), atol=1e-12)
+    assert (np.abs(points) <= 1.0 + 1e-9).all()
+    assert not same or len(np.unique(np.sign(points - q), axis=0)) == 1

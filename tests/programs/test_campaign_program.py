@@ -1,0 +1,154 @@
+"""Campaigns as robot programs: cycles, order, never moving loaded; and what is refused."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from elastocal.constraints import HalfSpace
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.errors import InfeasibleError, InputError
+from elastocal.programs.campaign_program import STANDARD_GRAVITY, campaign_program, load_text
+from elastocal.programs.robot_program import Ask, Measure, Move, RobotProgram, Settle, path_program
+from tests.programs.writers.campaigns import arm, study_for
+
+Q = np.array([[0.1, 0.2, 0.3], [-0.5, 0.6, -0.7]])
+WRENCH = np.array([[0.0, 0, -100, 0, 0, 0], [10, 20, 30, 1, 2, 3]])
+
+
+def campaign(repeats: Any = (2, 1), **options: Any) -> RobotProgram:
+    study = study_for(arm("RRR"))
+    return campaign_program(study, LoadCases(Q, WRENCH), np.array(repeats), **options)
+
+
+def test_one_cycle() -> None:
+    steps = campaign(repeats=(1, 1)).steps
+    kinds = [type(step) for step in steps[:8]]
+    assert kinds == [Move, Move, Settle, Measure, Ask, Settle, Measure, Ask]
+    assert [step.loaded for step in steps[:8] if isinstance(step, Measure)] == [False, True]
+    assert steps[8:10] == (Move(2), Move(3))
+    assert steps[-1] == Move(2)
+
+
+def test_repeats_are_whole_cycles_with_their_own_approach() -> None:
+    program = campaign(repeats=(3, 2), home=np.zeros(3))
+    visits = [program.target_names[s.target] for s in program.steps if isinstance(s, Move)]
+    assert visits == ["H0", *["AP1", "P1"] * 3, *["AP2", "P2"] * 2, "H0"]
+    measured = [s for s in program.steps if isinstance(s, Measure)]
+    assert [s.experiment for s in measured] == [k for e in range(1, 6) for k in (e, e)]
+    assert [s.configuration for s in measured] == [1] * 6 + [2] * 4
+    assert program.experiments == 5
+
+
+@settings(max_examples=50, deadline=None)
+@given(repeats=st.lists(st.integers(1, 5), min_size=2, max_size=2), home=st.booleans())
+def test_the_robot_never_moves_with_the_load_on(repeats: list[int], home: bool) -> None:
+    loaded = False
+    for step in campaign(repeats, home=np.zeros(3) if home else None).steps:
+        if isinstance(step, Ask):
+            loaded = "take the load off" not in step.text
+        elif isinstance(step, Measure):
+            assert step.loaded == loaded
+        elif isinstance(step, Move):
+            assert not loaded
+    assert not loaded
+
+
+def test_approach_distances() -> None:
+    study = study_for(arm("PRR"))
+    program = campaign_program(
+        study, LoadCases(Q, WRENCH), np.array([1, 1]), prebias=0.02, prebias_sliding=0.003
+    )
+    np.testing.assert_allclose(
+        program.targets[1::2] - program.targets[::2], [[0.003, 0.02, 0.02]] * 2
+    )
+    plain = campaign_program(study, LoadCases(Q, WRENCH), np.array([1, 1]))
+    np.testing.assert_allclose(plain.targets[1] - plain.targets[0], [1e-3, *np.radians([0.5, 0.5])])
+
+
+def test_loads_in_words() -> None:
+    assert load_text(np.array([0, 0, -2500.0, 0, 0, 0])) == "hang 254.929 kg, Fx 0 Fy 0 Fz -2500 N"
+    up = np.array([0, 0, 2500.0, 0, 0, 0])
+    assert load_text(up) == "apply 2500 N, Fx 0 Fy 0 Fz 2500 N"
+    skew = np.array([0.001, 0, -10.0, 0, 0, 0])
+    assert load_text(skew).startswith("apply 10 N")
+    turn = np.array([0.0, 0, 0, -1.25, 0, 100])
+    assert load_text(turn) == "Tx -1.25 Ty 0 Tz 100 N.m"
+    kilogram = np.array([0, 0, -STANDARD_GRAVITY, 0, 0, 0])
+    assert load_text(kilogram).startswith("hang 1 kg")
+
+
+def test_a_plan_that_breaks_a_limit_or_a_load_is_refused() -> None:
+    study = study_for(arm("RRR", limit=0.55))
+    with pytest.raises(InfeasibleError, match="load case 2 breaks J2 <="):
+        campaign_program(study, LoadCases(Q, WRENCH), np.array([1, 1]))
+    with pytest.raises(InfeasibleError, match="above the bound"):
+        campaign_program(study_for(arm("RRR"), 90.0), LoadCases(Q, WRENCH), np.array([1, 1]))
+
+
+def test_home_must_keep_the_limits_and_is_noted_if_it_breaks_constraints() -> None:
+    up = HalfSpace("height of the flange", np.zeros(3), np.array([0.0, 0, 1]), 1.1)
+    study = replace(study_for(arm("RRR")), constraints=(up,))
+    cases, once = LoadCases(np.zeros((1, 3)), WRENCH[:1]), np.array([1])
+    low = campaign_program(study, cases, once, home=[0.0, 1.5, 1.5])
+    assert low.notes[-1].startswith("Home breaks height of the flange by ")
+    high = campaign_program(study, cases, once, home=np.zeros(3))
+    assert not any("Home breaks" in note for note in high.notes)
+    with pytest.raises(InputError, match="target home: joint 'J1' is at 200°"):
+        campaign_program(study, cases, once, home=np.radians([200.0, 0, 0]))
+    with pytest.raises(InputError, match="home needs 3"):
+        campaign_program(study, cases, once, home=[0.0])
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"settle": -1.0}, "settling time"),
+        ({"settle": 301.0}, "settling time"),
+        ({"settle": np.nan}, "settling time"),
+        ({"speed": 0.0}, "speed"),
+        ({"speed": 1.1}, "speed"),
+        ({"prebias": -0.1}, "approach distance"),
+        ({"prebias": np.nan}, "approach distance"),
+        ({"prebias_sliding": np.inf}, "approach distance"),
+        ({"prebias": 4.0}, "cannot be approached"),
+    ],
+)
+def test_arguments_out_of_range(options: dict[str, float], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        campaign(**options)
+
+
+def test_provenance() -> None:
+    program = campaign(digest="ab" * 32)
+    assert program.provenance.digest == "ab" * 32
+    assert program.provenance.study == "study"
+    assert program.provenance.made_by.startswith("elastocal ")
+
+
+def test_a_path_is_its_targets_in_order() -> None:
+    program = path_program(arm("RRR"), Q, name="corrected")
+    np.testing.assert_array_equal(program.targets, Q)
+    assert program.steps == (Move(0), Move(1))
+    assert program.experiments == 0
+    assert not program.targets.flags.writeable
+
+
+@pytest.mark.parametrize(
+    ("q", "words"),
+    [
+        ([[0.0, 4.0, 0.0]], "target P1: joint 'J2' is at 229.183°"),
+        ([[0.0, 0.0, 0.0], [0.0, np.nan, 0.0]], "target P2: joint 'J2' has no finite value"),
+        ([[0.0, 0.0]], r"targets of shape \(T, 3\)"),
+        ([], "a path needs targets"),
+        ([0.0, 0.0, 0.0], "a path needs targets"),
+    ],
+)
+def test_paths_that_are_none(q: Any, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        path_program(arm("RRR"), q, name="x")

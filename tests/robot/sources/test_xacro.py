@@ -1,0 +1,80 @@
+"""xacro files: expanded apart, within named folders and a limit on time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from elastocal.errors import InputError
+from elastocal.robot.sources import from_urdf, xacro_text
+
+HEAD = '<robot name="{}" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+MACRO = HEAD.format("parts") + (
+    '<xacro:macro name="turn" params="n below above z">'
+    '<link name="${above}"/><joint name="J${n}" type="revolute">'
+    '<parent link="${below}"/><child link="${above}"/><origin xyz="0 0 ${z / 1000}"/>'
+    '<axis xyz="0 0 1"/><limit lower="${-pi}" upper="${pi}" effort="1" velocity="1"/></joint>'
+    "</xacro:macro></robot>"
+)
+ARM = HEAD.format("arm") + (
+    '<xacro:include filename="{}"/><link name="base"/>'
+    '<xacro:turn n="1" below="base" above="a" z="500"/>'
+    '<xacro:turn n="2" below="a" above="b" z="250"/></robot>'
+)
+
+
+def arm(folder: Path, include: str) -> Path:
+    (folder / "robot").mkdir(exist_ok=True)
+    path = folder / "robot" / "arm.xacro"
+    path.write_text(ARM.replace("{}", include))
+    return path
+
+
+def test_macros_are_expanded(tmp_path: Path) -> None:
+    path = arm(tmp_path, "parts.xacro")
+    (tmp_path / "robot" / "parts.xacro").write_text(MACRO)
+    robot = from_urdf(path)
+    assert (robot.name, robot.joint_names) == ("arm", ("J1", "J2"))
+    assert robot.joints[0].T_parent_joint[2, 3] == pytest.approx(0.5)
+
+
+def test_packages_are_found_where_they_are_named(tmp_path: Path) -> None:
+    path = arm(tmp_path, "$(find parts)/parts.xacro")
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "parts.xacro").write_text(MACRO)
+    assert from_urdf(path, packages={"parts": tmp_path / "parts"}).joint_names == ("J1", "J2")
+    with pytest.raises(InputError, match=r"arm\.xacro: xacro cannot expand it: .*'parts'"):
+        from_urdf(path)
+
+
+def test_nothing_is_included_from_elsewhere(tmp_path: Path) -> None:
+    (tmp_path / "parts.xacro").write_text(MACRO)
+    with pytest.raises(InputError, match=r"includes .*parts\.xacro, which is outside its folder"):
+        from_urdf(arm(tmp_path, "../parts.xacro"))
+
+
+def test_what_cannot_be_expanded_is_refused_in_a_sentence(tmp_path: Path) -> None:
+    path = tmp_path / "bad.xacro"
+    path.write_text(HEAD.format("bad") + '<link name="${nothing}"/></robot>')
+    with pytest.raises(
+        InputError, match=r"bad\.xacro: xacro cannot expand it: .*nothing"
+    ) as caught:
+        from_urdf(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_what_takes_too_long_is_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "slow.xacro"
+    path.write_text(HEAD.format("slow") + "${[0 for i in range(10**10)]}</robot>")
+    monkeypatch.setattr(xacro_text, "_SECONDS", 0.5)
+    with pytest.raises(InputError, match=r"slow\.xacro: expanding it takes more than 0\.5 s"):
+        from_urdf(path)
+
+
+def test_without_the_package_it_says_what_to_install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(xacro_text, "find_spec", lambda _: None)
+    with pytest.raises(InputError, match=r"pip install 'elastocal\[xacro\]'"):
+        from_urdf(arm(tmp_path, "parts.xacro"))

@@ -1,0 +1,129 @@
+"""Damped steps, and configurations that bring the tool to a pose."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import elastocal as ec
+from elastocal.arrays import Array
+from elastocal.robot.chain import transform
+from elastocal.robot.damped_steps import damped_steps
+from elastocal.robot.inverse_kinematics import follow, nearest_configuration
+from tests.arms import random_chain
+
+KUKA = ec.load_robot("kuka-kr270")
+TCP = KUKA.tools["milling"].tcp
+TEST_POSE = np.radians([0.0, -56.9, 89.3, 45.1, 76.0, 57.2])
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.integers(0, 10**6))
+def test_regular_steps_are_those_of_least_squares(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    slides = np.zeros(7, dtype=bool)
+    columns, wanted = rng.normal(size=(4, 6, 7)), rng.normal(size=(4, 6))
+    steps = damped_steps(columns, wanted, slides)
+    regular = ~steps.damped
+    np.testing.assert_allclose(
+        np.einsum("nij,nj->ni", columns, steps.step)[regular], wanted[regular], atol=1e-9
+    )
+    shortest = np.einsum("nij,nj->ni", np.linalg.pinv(columns), wanted)
+    np.testing.assert_allclose(steps.step[regular], shortest[regular], atol=1e-9)
+
+
+def test_a_lost_direction_is_named_and_gets_no_step() -> None:
+    columns = np.diag([1.0, 2.0, 0.0])[None]
+    steps = damped_steps(columns, np.array([[1.0, 1.0, 1.0]]), np.zeros(3, dtype=bool))
+    assert steps.damped[0]
+    np.testing.assert_allclose(np.abs(steps.lost[0]), [0, 0, 1, 0, 0, 0], atol=1e-15)
+    np.testing.assert_allclose(steps.step[0], [1.0, 0.5, 0.0], atol=1e-15)
+
+
+@settings(deadline=None, max_examples=25)
+@given(st.integers(0, 10**6), st.sampled_from([3, 6, 7]))
+def test_nearby_poses_are_reached(seed: int, count: int) -> None:
+    rng = np.random.default_rng(seed)
+    robot = random_chain(rng, [False] * count)
+    q = rng.uniform(-np.pi, np.pi, count)
+    target = ec.forward_kinematics(robot, q[None])[0] @ transform(None, TCP)
+    start = q + rng.uniform(-0.02, 0.02, count)
+    near = damped_steps(
+        ec.jacobian(robot, q[None], TCP)[:, : 6 if count >= 6 else 3],
+        np.zeros((1, 6 if count >= 6 else 3)),
+        robot.prismatic,
+    )
+    reached = nearest_configuration(robot, TCP, target, start)
+    if near.damped[0]:
+        return
+    assert reached.found
+    pose = ec.forward_kinematics(robot, reached.q[None])[0] @ transform(None, TCP)
+    rows = slice(None) if count >= 6 else (slice(None, 3), 3)
+    np.testing.assert_allclose(pose[rows], target[rows], atol=2e-9)
+
+
+def test_joint_limits_hold_and_what_is_out_of_reach_is_said() -> None:
+    target = ec.forward_kinematics(KUKA, TEST_POSE[None])[0] @ transform(None, TCP)
+    far = target.copy()
+    far[0, 3] += 5.0
+    reached = nearest_configuration(KUKA, TCP, far, TEST_POSE)
+    assert not reached.found
+    assert reached.distance > 2.0
+    assert ((reached.q >= KUKA.lower) & (reached.q <= KUKA.upper)).all()
+
+
+def test_a_pose_beyond_one_joint_limit_is_not_found() -> None:
+    q = TEST_POSE.copy()
+    q[1] = np.radians(-139.9)
+    target = ec.forward_kinematics(KUKA, q[None])[0] @ transform(None, TCP)
+    assert nearest_configuration(KUKA, TCP, target, q).found
+    q[1] = np.radians(-140.5)
+    target = ec.forward_kinematics(KUKA, q[None])[0] @ transform(None, TCP)
+    assert not nearest_configuration(KUKA, TCP, target, q).found
+
+
+@pytest.mark.parametrize("turn", [2.0, 20.0, 60.0])
+def test_larger_moves_stay_on_the_branch(turn: float) -> None:
+    q = TEST_POSE + np.radians(turn) * np.array([0.5, -0.3, 0.3, 0.2, -0.3, 0.5])
+    target = ec.forward_kinematics(KUKA, q[None])[0] @ transform(None, TCP)
+    reached = nearest_configuration(KUKA, TCP, target, TEST_POSE)
+    assert reached.found
+    np.testing.assert_allclose(reached.q, q, atol=1e-8)
+
+
+def poses(q: Array) -> Array:
+    return ec.forward_kinematics(KUKA, q) @ transform(None, TCP)
+
+
+def winding(count: int) -> Array:
+    """A path in joint space that bends between the points that are searched first."""
+    t = np.linspace(0.0, 3.0, count)[:, None]
+    return TEST_POSE + 0.2 * np.sin(t * np.arange(1, 7)) * np.array([1, 0.5, 0.5, 1, 0.5, 1])
+
+
+@pytest.mark.parametrize("count", [1, 2, 16, 17, 18, 100])
+def test_a_path_is_followed_on_its_branch(count: int) -> None:
+    q = winding(count)
+    found, last = follow(KUKA, TCP, poses(q), TEST_POSE)
+    assert last.found
+    np.testing.assert_allclose(found, q, atol=1e-8)
+
+
+def test_a_path_ends_at_the_first_pose_that_is_not_reached() -> None:
+    q = winding(100)
+    targets = poses(q)
+    targets[37:, 0, 3] += 4.0
+    found, last = follow(KUKA, TCP, targets, TEST_POSE)
+    assert not last.found
+    assert len(found) == 38
+    np.testing.assert_allclose(found[:37], q[:37], atol=1e-8)
+
+
+def test_a_jump_of_the_poses_is_followed_too() -> None:
+    q = winding(60)
+    q[25:, 0] += np.radians(40.0)
+    found, last = follow(KUKA, TCP, poses(q), TEST_POSE)
+    assert last.found
+    np.testing.assert_allclose(found, q, atol=1e-8)

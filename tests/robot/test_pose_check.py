@@ -1,0 +1,121 @@
+"""Known poses: a right model fits, and every mistake of convention is named."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from elastocal.arrays import Array
+from elastocal.errors import InputError
+from elastocal.robot.controller_axes import Coupling, coupling, uncoupled
+from elastocal.robot.pose_check import KnownPose, PoseCheck, check_known_poses
+from elastocal.robot.posture import Posture
+from elastocal.robot.sources import kuka_kr270
+
+ROBOT = kuka_kr270()
+POINT = np.array([0.9, 0.2, -0.1])
+Q = np.radians([[0, -90, 90, 0, 10, 0], [-30, -60, 110, 40, 50, 20], [25, -100, 80, -60, -40, 99]])
+
+
+def poses(table: Coupling, q: Array = Q, scale: float = 1.0, shift: float = 0.0) -> list[KnownPose]:
+    """What the controller with `table` shows, to a fraction of a millimetre."""
+    noise = np.random.default_rng(0).normal(scale=3e-4, size=(len(q), 3))
+    places = (Posture(ROBOT, q).point(POINT).T + noise) * scale + [0.0, 0.0, shift]
+    return [
+        KnownPose(f"p{i}", shown, place, POINT)
+        for i, (shown, place) in enumerate(zip(table.to_controller(q), places, strict=True))
+    ]
+
+
+def checked(table: Coupling, assumed: Coupling | None = None) -> PoseCheck:
+    return check_known_poses(ROBOT, assumed or uncoupled(ROBOT), poses(table))
+
+
+def test_the_right_model_fits() -> None:
+    table = coupling(ROBOT, signs={"A2": -1}, offsets={"A2": 1.0}, couple={"A3": {"A2": 1.0}})
+    found = checked(table, table)
+    assert found.fits
+    assert found.largest < 2e-3
+    assert found.explanations == ()
+    assert found.untold == ()
+
+
+@pytest.mark.parametrize("joint", ROBOT.joint_names)
+def test_a_wrong_sign_is_named(joint: str) -> None:
+    found = checked(coupling(ROBOT, signs={joint: -1}))
+    assert not found.fits
+    assert found.explanations == (f"{joint} counts the other way (signs: {{{joint}: -1}})",)
+    assert found.left_over < 2e-3
+
+
+@pytest.mark.parametrize("degrees", [90, -90, 180])
+def test_a_zero_elsewhere_is_named(degrees: float) -> None:
+    found = checked(coupling(ROBOT, offsets={"A3": np.radians(degrees)}))
+    assert f"offsets_deg: {{A3: {degrees:g}}}" in found.explanations[0]
+
+
+@pytest.mark.parametrize("factor", [1.0, -1.0])
+def test_a_coupled_joint_is_named(factor: float) -> None:
+    found = checked(coupling(ROBOT, couple={"A3": {"A2": factor}}))
+    assert f"couple: {{A3: {{A2: {factor:g}}}}}" in found.explanations[0]
+
+
+def test_the_mend_that_is_proposed_mends() -> None:
+    """Also where something is set already."""
+    true = coupling(ROBOT, signs={"A3": -1}, offsets={"A3": 0.4}, couple={"A3": {"A2": 1.0}})
+    assumed = coupling(ROBOT, signs={"A3": -1}, offsets={"A3": 0.4})
+    assert "couple: {A3: {A2: 1}}" in checked(true, assumed).explanations[0]
+    assumed = coupling(ROBOT, signs={"A3": -1}, offsets={"A3": 0.4}, couple={"A3": {"A2": 2.0}})
+    assert "couple: {A3: {A2: 1}}" in checked(true, assumed).explanations[0]
+    assert "A3 is not coupled to A2" in checked(uncoupled(ROBOT), coupling(
+        ROBOT, couple={"A3": {"A2": 1.0}})).explanations[0]  # fmt: skip
+
+
+def test_two_mistakes_are_named_together() -> None:
+    found = checked(coupling(ROBOT, signs={"A1": -1, "A3": -1}))
+    assert "signs: {A1: -1}" in found.explanations[0]
+    assert "signs: {A3: -1}" in found.explanations[0]
+
+
+@pytest.mark.parametrize(
+    ("scale", "shift", "words"),
+    [
+        (1e-3, 0.0, "in metres, not in millimetres"),
+        (1 / 25.4, 0.0, "in inches"),
+        (1.0, 0.6, "its base frame is elsewhere, by [0.0 -0.0 600"),
+    ],
+)
+def test_wrong_units_and_another_base_are_named(scale: float, shift: float, words: str) -> None:
+    found = check_known_poses(ROBOT, uncoupled(ROBOT), poses(uncoupled(ROBOT), Q, scale, shift))
+    assert words.split(",")[0] in found.explanations[0]
+
+
+def test_radians_for_degrees_are_named() -> None:
+    given = [replace(p, shown=np.radians(p.shown)) for p in poses(uncoupled(ROBOT))]
+    found = check_known_poses(ROBOT, uncoupled(ROBOT), given)
+    assert found.explanations[0] == "the joint values are in radians"
+
+
+def test_what_no_mistake_explains_is_not_explained() -> None:
+    """A negative control: a model with wrong lengths."""
+    given = poses(uncoupled(ROBOT))
+    given[1] = replace(given[1], position=given[1].position + np.array([0.05, -0.08, 0]))
+    found = check_known_poses(ROBOT, uncoupled(ROBOT), given)
+    assert not found.fits
+    assert found.explanations == ()
+    assert found.left_over > 5e-3
+
+
+def test_joints_that_the_poses_do_not_tell_are_listed() -> None:
+    flat = np.radians([[0, -90, 90, 0, 0, 0], [0, -60, 90, 0, 0, 0]])
+    found = check_known_poses(ROBOT, uncoupled(ROBOT), poses(uncoupled(ROBOT), flat))
+    assert found.untold == ("A1", "A4", "A5", "A6")
+
+
+def test_one_pose_is_too_few() -> None:
+    with pytest.raises(InputError, match="at least two poses, found 1"):
+        check_known_poses(ROBOT, uncoupled(ROBOT), poses(uncoupled(ROBOT), Q[:1]))
+    with pytest.raises(InputError, match="the same joint values"):
+        check_known_poses(ROBOT, uncoupled(ROBOT), poses(uncoupled(ROBOT), Q[[0, 0]]))
