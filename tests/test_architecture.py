@@ -1,24 +1,58 @@
-"""The arrows of docs/architecture: outside looks in, never the reverse; and house rules."""
+"""The house: which room may import which, and house rules that hold in all of them.
+
+`MAY_IMPORT` is the one table; `docs/architecture.md` shows the same, with a door sign for every
+room, which is the first line of its `__init__`.
+"""
 
 from __future__ import annotations
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
 
 import elastocal
+from tests.test_examples import ROOT
 
 SOURCE = Path(elastocal.__file__).parent
 MODULES = sorted(SOURCE.rglob("*.py"))
-OUTSIDE = {"io", "report", "viewer", "cli", "terminal", "__main__"}
-# What the design core may use of the rest: array types. It knows no robot.
-DESIGN_MAY_IMPORT = {"elastocal.arrays", "elastocal.errors", "elastocal.design"}
-# Fitting neither; a matrix is scaled there as here.
-FITTING_MAY_IMPORT = {"elastocal.arrays", "elastocal.errors", "elastocal.fitting"}
-FITTING_MAY_IMPORT |= {"elastocal.design.criterion"}
-GEOMETRY_MAY_NOT_IMPORT = {"elastocal.design", "elastocal.study", "elastocal.planning"}
 LONGEST = 400
+
+GROUND = ("arrays", "errors", "matrices")
+# Rooms in import order, with the rooms above that each may import besides the ground floor.
+MAY_IMPORT = {
+    "robot": "none",
+    "elastic": "robot",
+    "constraints": "robot",
+    "measuring": "robot elastic",
+    "design": "none",
+    "fitting": "none",
+    "compensation": "robot elastic",
+    "identification": "robot elastic measuring fitting",
+    "study": "robot elastic constraints measuring design",
+    "motion": "robot elastic constraints study",
+    "simulation": "robot elastic measuring fitting identification study",
+    "planning": "all but compensation simulation",
+    "programs": "robot elastic constraints study motion planning",
+    "drawing": "robot elastic constraints study planning",
+    "files": "all but programs drawing",
+    "report": "all but programs files",
+    "viewer": "robot elastic constraints measuring study planning drawing",
+    "terminal": "all but report viewer",
+    "cli": "all",
+}
+
+
+def may_import(room: str) -> set[str]:
+    """The rooms that `room` may import."""
+    words, order = MAY_IMPORT[room].split(), list(MAY_IMPORT)
+    above = set(order[: order.index(room)])
+    if words[0] == "all":
+        assert set(words[2:]) <= above, f"{room}: what is excluded is not above it"
+        return above - set(words[2:])
+    assert words == ["none"] or set(words) <= above, f"{room}: imports what is not above it"
+    return set(words) & above
 
 
 def name_of(path: Path) -> str:
@@ -30,63 +64,63 @@ def room_of(path: Path) -> str:
     return path.relative_to(SOURCE).parts[0].removesuffix(".py")
 
 
+def module_of(path: Path) -> str:
+    return ".".join(("elastocal", *path.relative_to(SOURCE).with_suffix("").parts)).removesuffix(
+        ".__init__"
+    )
+
+
+BY_NAME = {module_of(path): path for path in MODULES}
+
+
 def imports(path: Path) -> set[str]:
     """Modules of the package that a file imports, wherever in the file."""
     found = set()
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.ImportFrom) and node.module:
             assert node.level == 0, f"{path}: relative import"
-            found.add(node.module)
-            found |= {f"{node.module}.{alias.name}" for alias in node.names}
+            longer = {f"{node.module}.{alias.name}" for alias in node.names}
+            found |= {name if name in BY_NAME else node.module for name in longer}
         elif isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
-    return {name for name in found if name.split(".")[0] == "elastocal"}
+    return {name for name in found if name in BY_NAME} - {"elastocal"}
 
 
-def within(name: str, packages: set[str]) -> bool:
-    return any(name == package or name.startswith(package + ".") for package in packages)
+def test_only_rooms_and_the_ground_floor_stand_in_the_root() -> None:
+    files = {path.stem for path in SOURCE.glob("*.py")} - {"__init__", "__main__"}
+    assert files <= set(GROUND)
+    rooms = {path.parent.name for path in SOURCE.glob("*/__init__.py")}
+    assert rooms == set(MAY_IMPORT)
+    assert all((path.parent / "__init__.py").exists() for path in MODULES)
 
 
-@pytest.mark.parametrize("path", [p for p in MODULES if room_of(p) not in OUTSIDE], ids=name_of)
-def test_the_core_does_not_look_out(path: Path) -> None:
-    outside = {f"elastocal.{room}" for room in OUTSIDE}
-    assert not {name for name in imports(path) if within(name, outside)}
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_a_file_imports_what_its_room_may(path: Path) -> None:
+    room = room_of(path)
+    if room in ("__init__", "__main__"):
+        return
+    allowed = set() if room in GROUND else {room} | may_import(room)
+    assert {name.split(".")[1] for name in imports(path)} - set(GROUND) <= allowed
 
 
-@pytest.mark.parametrize("path", sorted((SOURCE / "design").glob("*.py")), ids=name_of)
-def test_the_design_core_knows_no_robot(path: Path) -> None:
-    assert not {name for name in imports(path) if not within(name, DESIGN_MAY_IMPORT)}
+def test_no_files_import_each_other_in_a_circle() -> None:
+    """Also not for types alone: what is under TYPE_CHECKING counts."""
+    left = {name: imports(path) - {name} for name, path in BY_NAME.items()}
+    while ready := [name for name, needed in left.items() if not needed & left.keys()]:
+        for name in ready:
+            del left[name]
+    assert not left, f"among {', '.join(sorted(left))}"
 
 
-@pytest.mark.parametrize("path", sorted((SOURCE / "fitting").glob("*.py")), ids=name_of)
-def test_fitting_knows_no_robot(path: Path) -> None:
-    assert not {name for name in imports(path) if not within(name, FITTING_MAY_IMPORT)}
-
-
-@pytest.mark.parametrize(
-    "path",
-    [
-        p
-        for p in MODULES
-        if room_of(p)
-        in {
-            "robot",
-            "robots",
-            "shapes",
-            "coupling",
-            "posture",
-            "elastostatics",
-            "load_case",
-            "loads",
-            "collision",
-            "cell",
-            "constraints",
-        }
-    ],
-    ids=name_of,
-)
-def test_geometry_knows_nothing_of_planning(path: Path) -> None:
-    assert not {name for name in imports(path) if within(name, GEOMETRY_MAY_NOT_IMPORT)}
+def test_the_documented_rooms_are_these() -> None:
+    page = (ROOT / "docs" / "architecture.md").read_text("utf-8")
+    rows = re.findall(r"^\| `(\w+)/` \| (.*?) \| (.*?) \|$", page, flags=re.MULTILINE)
+    assert {name: rooms for name, _, rooms in rows} == MAY_IMPORT
+    assert [name for name, _, _ in rows] == list(MAY_IMPORT)
+    for name, sign, _ in rows:
+        docstring = ast.get_docstring(ast.parse((SOURCE / name / "__init__.py").read_text()))
+        assert docstring is not None
+        assert docstring.splitlines()[0] == sign, name
 
 
 def test_no_module_imports_the_test_tools() -> None:

@@ -1,4 +1,4 @@
-"""The command line: every command reads files, calls one function, writes a file.
+"""One command per verb: read files, call one function, write a file.
 
 Exit codes: 0 done, 2 bad input, 3 infeasible, 4 not identifiable, 130 stopped by the user.
 Everything heavy is imported inside the commands, so that --help answers at once.

@@ -1,4 +1,4 @@
-"""Constraints on configurations: signed margins in natural units, feasible where >= 0."""
+"""Where the arm may be: signed margins over configurations, feasible where >= 0."""
 
 from elastocal.constraints.base import Constraint, describe, margins_at
 from elastocal.constraints.clearance import Clearance

@@ -1,1 +1,1 @@
-"""Optimal design of experiments: criteria, continuous designs, certificates, exact designs."""
+"""Optimal experiments: criteria, continuous and exact designs, bounds; knows no robot."""

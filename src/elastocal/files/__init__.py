@@ -1,1 +1,1 @@
-"""Files: study, plan. The boundary where units are converted and everything is checked."""
+"""Files in and out, one sub-room per kind: units are converted and everything is checked."""

@@ -1,1 +1,1 @@
-"""Fitting: rows, values, losses, influence. Nothing here knows a robot."""
+"""Least squares, losses, influence, goodness of fit; knows no robot."""

@@ -1,4 +1,4 @@
-"""Report: a campaign as one HTML file that works offline, on a phone and on paper.
+"""A campaign as one HTML page that works offline, on a phone and on paper.
 
 In: values the core made. Out: HTML text. Nothing is computed here but geometry to draw.
 jinja2 and plotly are imported when a report is made, not when this package is.

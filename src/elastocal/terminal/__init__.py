@@ -1,1 +1,1 @@
-"""What the commands show: tables and progress bars, by rich. One file per command family."""
+"""Tables and progress on the screen, one file per command family."""

@@ -1,4 +1,4 @@
-"""Live view: the robot of a study in a local web page, to step through and to move by hand.
+"""A campaign live in the browser, to step through and to move by hand.
 
 What is shown for a configuration is computed by functions without a web server (`subject`,
 `readout`, `parts`, `surroundings`); `local_server`, `scene` and `panel` hand it to viser.
