@@ -23,7 +23,7 @@ from elastocal.constraints import HalfSpace
 from elastocal.constraints.cell import CollisionRules, clearances
 from elastocal.elastic.allowed_loads import FixedVector
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.elastic.regressor import joint_springs
+from elastocal.elastic.springs import joint_springs
 from elastocal.files.study.study_file import read_study
 from elastocal.measuring.instrument import Isotropic
 from elastocal.planning.plan import plan

@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from elastocal.arrays import Array
-from elastocal.elastic.regressor import VirtualJoints
+from elastocal.elastic.springs import VirtualJoints
 from elastocal.robot.chain import Joint, Robot, Tool, transform
 
 

@@ -8,7 +8,8 @@ from elastocal.arrays import Array
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.equilibrium import loaded_deflection
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.elastic.regressor import deflection, joint_springs
+from elastocal.elastic.regressor import deflection
+from elastocal.elastic.springs import joint_springs
 from elastocal.measuring.measurements import Measurements
 from elastocal.robot.chain import Tool
 from elastocal.robot.sources import kuka_kr270

@@ -187,14 +187,6 @@ def test_every_criterion_and_robot_is_documented() -> None:
     assert set(BUILTIN) <= words(DOCS / "file-formats.md")
 
 
-def test_every_module_has_its_place_in_the_architecture() -> None:
-    source = Path(ec.__file__).parent
-    files = [*source.glob("*.py"), *(source / "design").glob("*.py")]
-    names = {path.name for path in files} - {"__main__.py"}
-    folders = {f"{path.name}/" for path in source.iterdir() if (path / "__init__.py").exists()}
-    assert names | folders <= set(spans(DOCS / "architecture.md"))
-
-
 @pytest.mark.parametrize("path", RECORDS, ids=lambda path: path.stem)
 def test_decision_records_have_their_form(path: Path) -> None:
     lines = path.read_text("utf-8").splitlines()

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from elastocal.design.exact import Effort
 from elastocal.elastic.allowed_loads import FixedVector
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.elastic.regressor import joint_springs
+from elastocal.elastic.springs import joint_springs
 from elastocal.measuring.instrument import Isotropic
 from elastocal.planning.assessment import assess
 from elastocal.planning.certificate import lower_bound

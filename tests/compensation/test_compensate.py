@@ -23,7 +23,7 @@ from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.compliance_model import ComplianceModel, merged_models
 from elastocal.elastic.equilibrium import equilibrium
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.elastic.regressor import VirtualJoints, joint_springs, merged
+from elastocal.elastic.springs import VirtualJoints, joint_springs, merged
 from elastocal.errors import InputError
 from elastocal.files.models.model_file import read_model
 from elastocal.files.paths.path_file import read_path

@@ -10,7 +10,7 @@ from elastocal.design.test_pose import TestPosePrecision
 from elastocal.design.worst import PowerMean, Worst, floored
 from elastocal.elastic.allowed_loads import FixedVector
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.elastic.regressor import joint_springs
+from elastocal.elastic.springs import joint_springs
 from elastocal.measuring.instrument import Isotropic
 from elastocal.robot.sources import three_link
 from elastocal.study.criteria import CRITERIA

@@ -9,11 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from elastocal.design.criterion import InformationFunction, weakest
+from elastocal.design.criterion import InformationFunction
 from elastocal.design.matrix_means import MatrixMean
 from elastocal.design.test_pose import TestPosePrecision
 from elastocal.design.worst import PowerMean, Worst
 from elastocal.errors import InputError
+from elastocal.matrices import weakest
 from elastocal.study.criteria import CRITERIA, criterion_of, losses, mean_test_pose
 from tests.design.examples import (
     ALL,

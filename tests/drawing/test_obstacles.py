@@ -12,8 +12,8 @@ import trimesh
 from elastocal.constraints import Clearance
 from elastocal.constraints.cell import CollisionRules, clearances
 from elastocal.drawing.obstacles import solid_of
-from elastocal.drawing.stage import stage
 from elastocal.report import html
+from elastocal.report.planned_stage import planned_stage
 from elastocal.report.scene import scene
 from elastocal.robot.chain import transform
 from elastocal.robot.shapes import Shape
@@ -69,11 +69,11 @@ def plan_in_a_cell(mesh: Path):
 
 def test_obstacles_are_in_the_scene_with_their_names(mesh: Path) -> None:
     plan = plan_in_a_cell(mesh)
-    drawn = scene(plan, stage(plan))
+    drawn = scene(plan, planned_stage(plan))
     texts = [text for trace in drawn["data"] for text in trace.get("text", [])]
     assert "crate ‹b›" in texts
     assert "drum" in texts
-    assert stage(plan).lower[0] <= -1.7
+    assert planned_stage(plan).lower[0] <= -1.7
     assert any(isinstance(c, Clearance) and c.obstacle is None for c in plan.study.constraints)
 
 

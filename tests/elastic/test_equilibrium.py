@@ -14,7 +14,8 @@ from elastocal.arrays import Array
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.equilibrium import equilibrium, linearise, loaded_deflection, markers_at
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.elastic.regressor import VirtualJoints, deflection, joint_springs, merged
+from elastocal.elastic.regressor import deflection
+from elastocal.elastic.springs import VirtualJoints, joint_springs, merged
 from elastocal.errors import EquilibriumError
 from elastocal.robot.chain import Joint, Robot, T_body_joint, Tool, transform
 from elastocal.robot.posture import Posture

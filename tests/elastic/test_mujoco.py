@@ -11,7 +11,8 @@ from elastocal.arrays import Array
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.equilibrium import loaded_deflection
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.elastic.regressor import VirtualJoints, deflection, joint_springs, merged, subset
+from elastocal.elastic.regressor import deflection
+from elastocal.elastic.springs import VirtualJoints, joint_springs, merged, subset
 from elastocal.robot.chain import Robot
 from elastocal.robot.shapes import BodyMass
 from elastocal.robot.sources import DHRow, from_dh

@@ -10,14 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.elastic.regressor import (
-    Regressor,
-    VirtualJoints,
-    cartesian_stiffness,
-    deflection,
-    joint_springs,
-    regressor,
-)
+from elastocal.elastic.regressor import Regressor, cartesian_stiffness, deflection, regressor
+from elastocal.elastic.springs import VirtualJoints, joint_springs
 from elastocal.errors import InputError
 from elastocal.robot.chain import Robot, Tool, transform
 from elastocal.robot.posture import Posture, forward_kinematics

@@ -12,11 +12,13 @@ from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.equilibrium import loaded_deflection
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.elastic.regressor import VirtualJoints, joint_springs, merged, regressor
+from elastocal.elastic.regressor import regressor
+from elastocal.elastic.springs import VirtualJoints, joint_springs, merged
 from elastocal.errors import IdentifiabilityError, InputError
-from elastocal.identification.identify import Identification, identify
+from elastocal.identification.fit import Fit
+from elastocal.identification.identify import identify
 from elastocal.identification.leave_one_out import left_out_covariance
-from elastocal.identification.uncertainty import Fit
+from elastocal.identification.result import Identification
 from elastocal.identification.validation import leave_one_out, validate
 from elastocal.measuring.measurements import Measurements, chosen
 from tests.campaigns import MARKERS, NAMES, SIGMA, TRUTH, arm, hung, measured

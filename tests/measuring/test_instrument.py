@@ -9,7 +9,8 @@ import pytest
 
 from elastocal.elastic.allowed_loads import FixedVector
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.elastic.regressor import Regressor, joint_springs, regressor
+from elastocal.elastic.regressor import Regressor, regressor
+from elastocal.elastic.springs import joint_springs
 from elastocal.measuring.instrument import PRESETS, Instrument, Isotropic, LaserTracker
 from elastocal.planning.assessment import assess, load_case_information
 from elastocal.planning.plain_values import simplify

@@ -10,7 +10,8 @@ from elastocal.arrays import Array
 from elastocal.constraints import Elevation, HalfSpace, MinRadius
 from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, Load
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.elastic.regressor import Regressor, joint_springs
+from elastocal.elastic.regressor import Regressor
+from elastocal.elastic.springs import joint_springs
 from elastocal.measuring.instrument import Isotropic
 from elastocal.robot.posture import Posture
 from elastocal.robot.sources import kuka_kr270, three_link

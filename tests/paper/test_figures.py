@@ -13,8 +13,8 @@ import pytest
 
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.elastic.regressor import joint_springs
-from elastocal.identification.uncertainty import Fit
+from elastocal.elastic.springs import joint_springs
+from elastocal.identification.fit import Fit
 from elastocal.measuring.instrument import Isotropic
 from elastocal.simulation.monte_carlo import MonteCarlo, campaigns
 from elastocal.study.study import Study, test_pose, with_count

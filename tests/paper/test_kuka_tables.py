@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.elastic.regressor import Regressor, joint_springs
+from elastocal.elastic.regressor import Regressor
+from elastocal.elastic.springs import joint_springs
 from elastocal.robot.posture import Posture
 from elastocal.robot.sources import kuka_kr270
 from elastocal.study.study import test_pose

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from elastocal.elastic.regressor import Regressor, joint_springs
+from elastocal.elastic.regressor import Regressor
+from elastocal.elastic.springs import joint_springs
 from elastocal.robot.posture import Posture
 from elastocal.robot.sources import three_link
 from tests.paper.published import (

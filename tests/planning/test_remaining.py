@@ -14,8 +14,8 @@ from elastocal.cli import app
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InputError
 from elastocal.files.measurements.measurement_file import write_measurements
+from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
-from elastocal.identification.uncertainty import Fit
 from elastocal.planning.assessment import assess
 from elastocal.planning.remaining import done, remaining
 from elastocal.study.study import Study

@@ -15,7 +15,8 @@ from elastocal.constraints import Elevation, HalfSpace, MinRadius, Tilt
 from elastocal.elastic.allowed_loads import FixedVector
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.identification.identify import Identification, identify
+from elastocal.identification.identify import identify
+from elastocal.identification.result import Identification
 from elastocal.identification.validation import Validation, validate
 from elastocal.measuring.instrument import Isotropic
 from elastocal.measuring.measurements import Measurements

@@ -15,8 +15,8 @@ from elastocal.compensation.compensate import compensate
 from elastocal.drawing.units import length
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InputError
+from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
-from elastocal.identification.uncertainty import Fit
 from elastocal.identification.validation import leave_one_out, summary, validate
 from elastocal.measuring.measurements import chosen
 from elastocal.report.charts.axes import shortened
@@ -340,7 +340,7 @@ def test_a_single_compliance() -> None:
 
 
 def _first(springs):  # type: ignore[no-untyped-def]
-    from elastocal.elastic.regressor import subset
+    from elastocal.elastic.springs import subset
 
     return subset(springs, springs.names[:1])
 

@@ -14,11 +14,11 @@ import pytest
 
 import elastocal as ec
 from elastocal.elastic.compliance_model import ComplianceModel
-from elastocal.elastic.regressor import joint_springs, subset
+from elastocal.elastic.springs import joint_springs, subset
 from elastocal.errors import IdentifiabilityError, InputError
 from elastocal.identification.batch import Design, fit_all
+from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
-from elastocal.identification.uncertainty import Fit
 from elastocal.measuring.instrument import LaserTracker
 from elastocal.robot.shapes import BodyMass
 from elastocal.simulation.monte_carlo import CHUNK, Campaigns, campaigns

@@ -12,7 +12,8 @@ from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.equilibrium import loaded_deflection, markers_at
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.elastic.regressor import deflection, joint_springs
+from elastocal.elastic.regressor import deflection
+from elastocal.elastic.springs import joint_springs
 from elastocal.errors import EquilibriumError, InputError
 from elastocal.files.models.model_file import read_model
 from elastocal.files.study.study_file import read_study

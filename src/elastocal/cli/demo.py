@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from elastocal.elastic.compliance_model import ComplianceModel
     from elastocal.elastic.load_cases import LoadCases
-    from elastocal.identification.identify import Identification
+    from elastocal.identification.result import Identification
     from elastocal.measuring.measurements import Measurements
     from elastocal.planning.plan import Plan
     from elastocal.study.study import Study

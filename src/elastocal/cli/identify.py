@@ -14,7 +14,7 @@ from elastocal.errors import InputError
 
 if TYPE_CHECKING:
     from elastocal.elastic.compliance_model import ComplianceModel
-    from elastocal.identification.identify import Identification
+    from elastocal.identification.result import Identification
     from elastocal.measuring.measurements import Measurements
     from elastocal.study.study import Study
 
@@ -78,8 +78,8 @@ def identify(
     """Identify the compliances from measurements; write model.json."""
     from elastocal.files.models.identification_section import identification_sections
     from elastocal.files.models.model_file import model_document, write_model
+    from elastocal.identification.fit import Fit
     from elastocal.identification.identify import identify as fit
-    from elastocal.identification.uncertainty import Fit
 
     models = [file for file in (mapping, prior, known) if file is not None]
     writable(out, study, *measurements, *models, suffix=".json")
@@ -199,8 +199,8 @@ def fitted_again(
     confidence: float = 0.95,
 ) -> Identification:
     """The fit that made a model, once more; by default settings if its `sections` do not say."""
+    from elastocal.identification.fit import Fit
     from elastocal.identification.identify import identify as fit
-    from elastocal.identification.uncertainty import Fit
 
     how = sections.get("identification", {})
     chosen = Fit(

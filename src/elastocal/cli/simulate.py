@@ -144,7 +144,7 @@ def _many(
     """Compare plans by many virtual campaigns."""
     from elastocal.files.models.campaign_file import campaigns_document, write_campaigns
     from elastocal.files.plans.proposal_file import read_proposal
-    from elastocal.identification.uncertainty import Fit
+    from elastocal.identification.fit import Fit
     from elastocal.simulation.monte_carlo import campaigns
 
     named = {}

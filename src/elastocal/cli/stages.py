@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from elastocal.arrays import IntArray
     from elastocal.elastic.compliance_model import ComplianceModel
     from elastocal.elastic.load_cases import LoadCases
-    from elastocal.identification.identify import Identification
+    from elastocal.identification.result import Identification
     from elastocal.identification.validation import Validation
     from elastocal.planning.plan import Plan
     from elastocal.simulation.monte_carlo import MonteCarlo

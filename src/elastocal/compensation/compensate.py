@@ -32,7 +32,8 @@ from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.equilibrium import equilibrium, linearise
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.elastic.regressor import deflection, regressor, subset
+from elastocal.elastic.regressor import deflection, regressor
+from elastocal.elastic.springs import subset
 from elastocal.errors import InputError
 from elastocal.robot.chain import Tool
 from elastocal.robot.damped_steps import damped_steps

@@ -15,9 +15,10 @@ import numpy as np
 from elastocal.arrays import Array
 from elastocal.design.approximate import optimal_weights
 from elastocal.design.certificate import DualBound, dual_bound
-from elastocal.design.criterion import InformationFunction, weakest
+from elastocal.design.criterion import InformationFunction
 from elastocal.design.oracle import climb, square_root
 from elastocal.design.space import DesignSpace, information
+from elastocal.matrices import weakest
 
 Progress = Callable[[str, float], None]
 """(what is going on, current value) -> None."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from elastocal.arrays import Array, frozen
-from elastocal.design.criterion import InformationFunction, scaled_inverse
+from elastocal.design.criterion import InformationFunction
+from elastocal.matrices import scaled_inverse
 
 
 class TestPosePrecision(InformationFunction):

@@ -1,6 +1,6 @@
 """Stage: everything of a section that can be drawn, in one frame and at one scale.
 
-In: a plan, or posed figures. Out: figures with their loads, and the box that holds them. The 3D
+In: posed load cases. Out: figures with their loads, and the box that holds them. The 3D
 scene and the static pictures draw the same stage.
 """
 
@@ -11,15 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.constraints import Clearance
-from elastocal.drawing.obstacles import corners
 from elastocal.drawing.skeleton import Skeleton, skeletons
 from elastocal.drawing.units import plain
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.planning.plan import Plan
 from elastocal.robot.chain import Robot, Tool
 
-_HALL = 1.1  # farthest that obstacles are drawn, over the size of the robot
 _ARROW = 0.22  # longest arrow over the size of the robot
 
 
@@ -80,33 +76,11 @@ class Stage:
     size: float
 
 
-def stage(plan: Plan) -> Stage:
-    """What of `plan` can be drawn."""
-    robot, tool = plan.study.robot, plan.study.experiments.tool
-    cases, peak = plan.load_cases, plan.certificate.peak
-    posed = skeletons(robot, tool, cases.q)
-    at_peak = () if peak is None else skeletons(robot, tool, peak.q)
-    drawn = [(p, p.tool, p.case) for p in plan.study.test_poses if p.tool and p.case]
-    tested = [skeletons(robot, own, case.q)[0] for _, own, case in drawn]
-    everything = [*posed, *at_peak, *tested]
-    size = max(float(np.linalg.norm(s.points, axis=1).max()) for s in everything)
-    numbers = [str(i + 1) for i in range(len(cases))]
-    planned = _figures(posed, cases, numbers, size)
-    peaks = () if peak is None else _figures(at_peak, peak, ["peak"], size)
-    tests: list[Figure] = []
-    for (pose, _, case), skeleton in zip(drawn, tested, strict=True):
-        tests += _figures([skeleton], case, [pose.name], size)
-    watched = [c for c in plan.study.constraints if isinstance(c, Clearance)]
-    things = np.vstack([np.zeros((1, 3)), *(corners(c) for c in watched)])
-    # A hall around the cell must not make the robot small: it is cut off.
-    return boxed(planned, tuple(tests), peaks, np.clip(things, -_HALL * size, _HALL * size))
-
-
 def posed(robot: Robot, tool: Tool, cases: LoadCases, labels: list[str]) -> tuple[Figure, ...]:
     """Figures of N load cases."""
     drawn = skeletons(robot, tool, cases.q)
     size = max(float(np.linalg.norm(s.points, axis=1).max()) for s in drawn)
-    return _figures(drawn, cases, labels, size)
+    return figures(drawn, cases, labels, size)
 
 
 def boxed(
@@ -116,16 +90,16 @@ def boxed(
     further: Array | None = None,
 ) -> Stage:
     """The stage that holds figures, and `further` points (., 3) [m]."""
-    figures = (*planned, *peak, *tests)
-    size = max(float(np.linalg.norm(f.skeleton.points, axis=1).max()) for f in figures)
-    points = [extent(f) for f in figures] + [np.zeros((1, 3))]
+    drawn = (*planned, *peak, *tests)
+    size = max(float(np.linalg.norm(f.skeleton.points, axis=1).max()) for f in drawn)
+    points = [extent(f) for f in drawn] + [np.zeros((1, 3))]
     box = np.vstack(points + ([] if further is None else [further]))
     margin = size * np.array([0.04, 0.04, 0.08])  # labels hang below the arrows
     low, high = box.min(axis=0) - margin, box.max(axis=0) + margin
     return Stage(planned, tests, peak, low, high, size)
 
 
-def _figures(
+def figures(
     posed: tuple[Skeleton, ...] | list[Skeleton], cases: LoadCases, labels: list[str], size: float
 ) -> tuple[Figure, ...]:
     """Figures whose longest arrow has the length of `_ARROW` times `size`."""

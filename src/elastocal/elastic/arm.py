@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
-from elastocal.elastic.regressor import VirtualJoints
+from elastocal.elastic.springs import VirtualJoints
 from elastocal.robot.chain import Joint, Robot, T_body_joint, Tool, transform
 from elastocal.robot.shapes import BodyMass
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from elastocal.arrays import Array, frozen, unset
-from elastocal.elastic.regressor import VirtualJoints, merged
+from elastocal.elastic.springs import VirtualJoints, merged
 from elastocal.errors import InputError
 
 

@@ -14,102 +14,14 @@ joint k by dθ moves everything beyond it as a rigid body. Cost O(n + p), no Hes
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
-
 import numpy as np
 
-from elastocal.arrays import Array, BoolArray, IntArray, frozen
+from elastocal.arrays import Array
 from elastocal.elastic.load_cases import LoadCases
+from elastocal.elastic.springs import VirtualJoints
 from elastocal.errors import InputError
 from elastocal.robot.chain import Robot, Tool
 from elastocal.robot.posture import Posture, cross, dot, jacobian
-
-
-@dataclass(frozen=True)
-class VirtualJoints:
-    """p unit twists, each carried by one body of the chain.
-
-    Attributes:
-        names: p names.
-        body: (p,) number of actuated joints that move the twist: 0 is the base.
-        axis: (p, 3) axis in the frame of that body.
-        origin: (p, 3) point on the axis in the frame of that body [m].
-        prismatic: (p,) True for a linear spring [m/N], False for an angular one [rad/(N·m)].
-        joint: (p,) actuated joint whose axis the twist shares, -1 where it shares none.
-    """
-
-    names: tuple[str, ...]
-    body: IntArray
-    axis: Array
-    origin: Array
-    prismatic: BoolArray
-    joint: IntArray = field(default_factory=lambda: frozen([], np.int64))
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "body", frozen(self.body, np.int64))
-        if np.any(np.diff(self.body) < 0):
-            raise InputError("virtual joints must be given in chain order, base first")
-        object.__setattr__(self, "axis", frozen(self.axis))
-        object.__setattr__(self, "origin", frozen(self.origin))
-        object.__setattr__(self, "prismatic", frozen(self.prismatic, np.bool_))
-        joint = self.joint if np.size(self.joint) else np.full(len(self.names), -1)
-        object.__setattr__(self, "joint", frozen(joint, np.int64))
-
-    def __len__(self) -> int:
-        return len(self.names)
-
-
-def joint_springs(robot: Robot, names: Sequence[str] | None = None) -> VirtualJoints:
-    """Springs in the actuated joints called `names` (all joints if None), in chain order.
-
-    Raises:
-        InputError: a name is not a joint of the robot.
-    """
-    wanted = sorted(robot.index(robot.joint_names if names is None else names))
-    return VirtualJoints(
-        names=tuple(robot.joint_names[i] for i in wanted),
-        body=np.array(wanted),
-        axis=np.array([robot.links[i][:3, 2] for i in wanted]).reshape(-1, 3),
-        origin=np.array([robot.links[i][:3, 3] for i in wanted]).reshape(-1, 3),
-        prismatic=robot.prismatic[wanted],
-        joint=np.array(wanted),
-    )
-
-
-def merged(first: VirtualJoints, second: VirtualJoints) -> VirtualJoints:
-    """The springs of both, in chain order.
-
-    Raises:
-        InputError: a name is in both.
-    """
-    twice = sorted(set(first.names) & set(second.names))
-    if twice:
-        raise InputError(f"spring {twice[0]!r} is given twice")
-    body, joint = np.append(first.body, second.body), np.append(first.joint, second.joint)
-    order = np.lexsort((joint >= 0, body))  # on one body the springs of no joint come first
-    names = (*first.names, *second.names)
-    return VirtualJoints(
-        names=tuple(names[i] for i in order),
-        body=body[order],
-        axis=np.concatenate([first.axis, second.axis])[order],
-        origin=np.concatenate([first.origin, second.origin])[order],
-        prismatic=np.append(first.prismatic, second.prismatic)[order],
-        joint=joint[order],
-    )
-
-
-def subset(springs: VirtualJoints, names: Sequence[str]) -> VirtualJoints:
-    """Those of `springs` whose names are in `names`, in chain order."""
-    kept = [i for i, name in enumerate(springs.names) if name in names]
-    return VirtualJoints(
-        names=tuple(springs.names[i] for i in kept),
-        body=springs.body[kept],
-        axis=springs.axis[kept],
-        origin=springs.origin[kept],
-        prismatic=springs.prismatic[kept],
-        joint=springs.joint[kept],
-    )
 
 
 def regressor(

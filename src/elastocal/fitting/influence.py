@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
-from elastocal.design.criterion import weakest
+from elastocal.matrices import weakest
 
 _CARRIED = 1e-10  # scaled eigenvalue left by the other groups below which one carries an unknown
 

@@ -6,16 +6,13 @@ In: an `Identification`. Out: remarks. A strong result has none.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.fitting.goodness import p_value_chi_square
 from elastocal.identification.leave_one_out import left_out_covariance
-
-if TYPE_CHECKING:
-    from elastocal.identification.identify import Identification
+from elastocal.identification.result import Identification
 
 _SURE = 1e-3  # probability below which chance is ruled out
 _CLOSE = 0.95  # correlation above which two compliances are hard to tell apart

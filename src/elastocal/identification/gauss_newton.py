@@ -19,6 +19,7 @@ from elastocal.errors import InputError
 from elastocal.fitting.least_squares import LinearFit, fit
 from elastocal.fitting.robust import Bisquare, Huber, Loss, Squares, robust_scale
 from elastocal.measuring.measurements import Measurements
+from elastocal.measuring.whitening import noise_factors
 
 _CHUNK = 2048  # load cases evaluated at once: what stays in the cache
 _MOST_STEPS = 60
@@ -109,16 +110,6 @@ def solve_equilibrium(problem: Problem, linear: Solution, loss: Loss) -> Solutio
     start[problem.free] = linear.compliance
     factors = noise_factors(problem.measurements.covariance)
     return _iterate(problem, _Bent(problem), factors, loss, start)
-
-
-def noise_factors(covariance: Array) -> tuple[Array, Array]:
-    """L with LLᵀ = covariance, and its inverse, (R, 3, 3) each, for covariances (R, 3, 3)."""
-    if len(covariance) and (covariance == covariance[0]).all():
-        one = np.linalg.cholesky(covariance[0])
-        shape = covariance.shape
-        return np.broadcast_to(one, shape), np.broadcast_to(np.linalg.inv(one), shape)
-    root = np.asarray(np.linalg.cholesky(covariance), dtype=float)
-    return root, np.asarray(np.linalg.inv(root), dtype=float)
 
 
 class _Linear:

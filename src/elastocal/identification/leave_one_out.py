@@ -5,19 +5,15 @@ In: an `Identification`. Out: covariances of left-out residuals. No refit is mad
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from elastocal.arrays import Array, BoolArray
-from elastocal.design.criterion import weakest
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.equilibrium import deflection_and_gradient
 from elastocal.elastic.regressor import regressor
+from elastocal.identification.result import Identification
+from elastocal.matrices import weakest
 from elastocal.measuring.measurements import Measurements, chosen
-
-if TYPE_CHECKING:
-    from elastocal.identification.identify import Identification
 
 _LEFT = 1e-8  # scaled eigenvalue of what the others know below which they know nothing
 

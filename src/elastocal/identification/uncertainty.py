@@ -5,51 +5,15 @@ In: how it was fitted, where it came to rest. Out: covariance of all springs and
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
-
 import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.elastic.compliance_model import ComplianceModel
-from elastocal.errors import IdentifiabilityError, InputError
+from elastocal.errors import IdentifiabilityError
 from elastocal.fitting.least_squares import column_norms
 from elastocal.fitting.robust import EFFICIENCY, LOSSES, inflation, robust_scale
+from elastocal.identification.fit import Fit
 from elastocal.identification.gauss_newton import Problem, Solution
-
-
-@dataclass(frozen=True)
-class Fit:
-    """How to fit.
-
-    Attributes:
-        model: "equilibrium": deflections of the nonlinear equilibrium; "linear": those of the
-            regressor at the unloaded configuration, as in the paper.
-        sigma: "known": the noise is what instrument or file say; "estimated": only up to a common
-            factor, which is found from the residuals.
-        loss: "squares", or "huber" or "bisquare", which trust outlying readings less.
-        nonnegative: Whether compliances below zero are ruled out.
-        confidence: Confidence of the intervals.
-    """
-
-    model: Literal["equilibrium", "linear"] = "equilibrium"
-    sigma: Literal["known", "estimated"] = "known"
-    loss: str = "squares"
-    nonnegative: bool = False
-    confidence: float = 0.95
-
-    def __post_init__(self) -> None:
-        for name, value, known in (
-            ("model", self.model, ("equilibrium", "linear")),
-            ("sigma", self.sigma, ("known", "estimated")),
-            ("loss", self.loss, tuple(LOSSES)),
-        ):
-            if value not in known:
-                raise InputError(f"{name} {value!r} is not known; expected {' or '.join(known)}")
-        if not 0.5 <= self.confidence < 1.0:
-            raise InputError(
-                f"the confidence must be from 0.5 to below 1, found {self.confidence:g}"
-            )
 
 
 def noise(how: Fit, found: Solution, chi_square: float, dof: int) -> tuple[float, float, float]:

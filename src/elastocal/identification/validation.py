@@ -16,8 +16,8 @@ from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.equilibrium import deflection_and_gradient
 from elastocal.errors import InputError
 from elastocal.fitting.goodness import p_value_chi_square
-from elastocal.identification.identify import Identification
 from elastocal.identification.leave_one_out import left_out_covariance
+from elastocal.identification.result import Identification
 from elastocal.identification.uncertainty import quantile
 from elastocal.measuring.measurements import Measurements
 

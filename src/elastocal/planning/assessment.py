@@ -12,11 +12,11 @@ import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
 from elastocal.constraints import Constraint, describe
-from elastocal.design.criterion import scaled_inverse, weakest
 from elastocal.design.space import information
 from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, Load
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import Regressor
+from elastocal.matrices import scaled_inverse, weakest
 from elastocal.robot.posture import Posture
 from elastocal.study.criteria import losses
 from elastocal.study.study import Study

@@ -12,11 +12,12 @@ import numpy as np
 
 from elastocal.arrays import Array, frozen
 from elastocal.design.continuous import ContinuousDesign, continuous_design
-from elastocal.design.criterion import Criterion, InformationFunction, weakest
+from elastocal.design.criterion import Criterion, InformationFunction
 from elastocal.design.oracle import climb
 from elastocal.design.space import information
 from elastocal.design.worst import floored
 from elastocal.elastic.load_cases import LoadCases
+from elastocal.matrices import weakest
 from elastocal.planning.assessment import Assessment
 from elastocal.planning.plain_values import simplify
 from elastocal.study.criteria import criterion_of

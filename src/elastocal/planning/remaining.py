@@ -15,8 +15,8 @@ from elastocal.constraints import Distinct
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import regressor
 from elastocal.errors import InputError
-from elastocal.identification.gauss_newton import noise_factors
 from elastocal.measuring.measurements import Measurements
+from elastocal.measuring.whitening import noise_factors
 from elastocal.planning.plain_values import simplify
 from elastocal.study.study import Done, Study
 

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.arrays import Array, frozen
-from elastocal.design.criterion import InformationFunction, weakest
+from elastocal.design.criterion import InformationFunction
 from elastocal.elastic.load_cases import LoadCases
+from elastocal.matrices import weakest
 from elastocal.planning.assessment import load_case_information
 from elastocal.study.criteria import criterion_of
 from elastocal.study.study import Study

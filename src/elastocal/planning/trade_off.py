@@ -1,7 +1,8 @@
 """How a plan compares: with random plans, and with more or fewer experiments or configurations.
 
 In: a study. Out: ρ0 of random feasible plans; ρ0 over the number of experiments and of
-configurations, with the bound as a line. What a user needs to decide how much to measure.
+configurations, with the bound as a line, and over hours. What a user needs to decide how much to
+measure.
 """
 
 from __future__ import annotations
@@ -15,14 +16,30 @@ from elastocal.arrays import Array, IntArray, frozen
 from elastocal.design.exact import Effort
 from elastocal.design.space import information
 from elastocal.errors import IdentifiabilityError
-from elastocal.planning.certificate import Progress, lower_bound
+from elastocal.planning.certificate import Bound, Progress, lower_bound
 from elastocal.planning.plan import Plan, plan
-from elastocal.planning.time_curves import TimeCurve, curve_of, time_trade_off
 from elastocal.study.criteria import mean_test_pose
 from elastocal.study.study import Study, with_count
 
 LIGHT = Effort(batch=48, generations=6, patience=2, islands=1)
 """A shorter search: a curve needs many plans, each within about a tenth of a percent."""
+
+
+@dataclass(frozen=True)
+class TimeCurve:
+    """Plans of more and more experiments.
+
+    Attributes:
+        configurations: Most distinct configurations of each plan; None for as many as help.
+        counts: (K,) numbers of experiments.
+        hours: (K,) hours at the cell from home to home.
+        rho0: (K,) ρ0 [m].
+    """
+
+    configurations: int | None
+    counts: IntArray
+    hours: Array
+    rho0: Array
 
 
 @dataclass(frozen=True)
@@ -130,3 +147,48 @@ def random_plans(study: Study, number: int, *, seed: int = 0) -> Array:
     totals = study.prior + totals * (m / drawn)
     with np.errstate(divide="ignore"):
         return np.asarray(1.0 / np.sqrt(mean_test_pose(study).value(totals)))
+
+
+def curve_of(plans: Sequence[Plan], configurations: int | None) -> TimeCurve:
+    """The curve of plans that are there."""
+    return TimeCurve(
+        configurations,
+        frozen([p.count for p in plans], "int64"),
+        frozen([p.schedule.hours for p in plans]),
+        frozen([p.assessment.rho0 for p in plans]),
+    )
+
+
+def time_trade_off(
+    study: Study,
+    *,
+    configurations: Sequence[int | None],
+    counts: Sequence[int],
+    seed: int = 0,
+    effort: Effort | None = None,
+    bound: Bound | None = None,
+) -> tuple[TimeCurve, ...]:
+    """ρ0 over hours, one curve for each number of configurations.
+
+    Plans that cannot identify the compliances are left out, and curves without any plan.
+
+    Args:
+        study: The study; its own counts do not matter.
+        configurations: Most distinct configurations of each curve; None for any number.
+        counts: Numbers of experiments.
+        seed: Seed of every search.
+        effort: How long to search.
+        bound: Bound known before, to be used again.
+    """
+    curves = []
+    for most in configurations:
+        plans = []
+        for count in sorted(set(counts)):
+            wanted = with_count(study, count, None if most is None else min(most, count))
+            try:
+                plans.append(plan(wanted, seed=seed, effort=effort, bound=bound))
+            except IdentifiabilityError:
+                continue
+        if plans:
+            curves.append(curve_of(plans, most))
+    return tuple(curves)

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from elastocal.arrays import Array
     from elastocal.compensation.compensate import Compensation
     from elastocal.elastic.compliance_model import ComplianceModel
-    from elastocal.identification.identify import Identification
+    from elastocal.identification.result import Identification
     from elastocal.identification.validation import Validation
     from elastocal.planning.assessment import Assessment
     from elastocal.planning.plan import Plan

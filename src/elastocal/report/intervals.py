@@ -13,7 +13,7 @@ import numpy as np
 from elastocal.drawing.units import compliance_unit, fixed, number
 from elastocal.drawing.units import sure as sure_of
 from elastocal.elastic.compliance_model import ComplianceModel
-from elastocal.identification.identify import Identification
+from elastocal.identification.result import Identification
 from elastocal.report.charts.forest import Estimate
 from elastocal.report.tables import Row, Table
 

@@ -12,7 +12,7 @@ import numpy as np
 from elastocal.drawing.stage import Stage, Vector, boxed, posed
 from elastocal.drawing.units import length
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.identification.identify import Identification
+from elastocal.identification.result import Identification
 from elastocal.report.charts.axes import shortened
 
 _MOST_FIGURES, _MOST_VECTORS = 12, 24

@@ -14,11 +14,13 @@ import numpy as np
 from elastocal.arrays import Array, IntArray, frozen
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.elastic.regressor import regressor, subset
+from elastocal.elastic.regressor import regressor
+from elastocal.elastic.springs import subset
 from elastocal.errors import InputError
 from elastocal.identification.batch import Design, fit_all
+from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
-from elastocal.identification.uncertainty import Fit, quantile
+from elastocal.identification.uncertainty import quantile
 from elastocal.measuring.instrument import Instrument
 from elastocal.simulation.remaining_error import Judge, errors_left, judge
 from elastocal.simulation.virtual_campaign import (

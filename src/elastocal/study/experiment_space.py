@@ -16,7 +16,8 @@ from elastocal.constraints import Constraint, describe, margins_at
 from elastocal.design.oracle import restore
 from elastocal.elastic.allowed_loads import FreeDirection, Load
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.elastic.regressor import Regressor, VirtualJoints
+from elastocal.elastic.regressor import Regressor
+from elastocal.elastic.springs import VirtualJoints
 from elastocal.errors import InfeasibleError
 from elastocal.measuring.instrument import Instrument
 from elastocal.robot.chain import Robot, Tool

@@ -14,7 +14,8 @@ from elastocal.constraints import Constraint, JointLimit
 from elastocal.elastic.allowed_loads import FixedVector, Load
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.elastic.regressor import VirtualJoints, joint_springs, regressor
+from elastocal.elastic.regressor import regressor
+from elastocal.elastic.springs import VirtualJoints, joint_springs
 from elastocal.errors import InputError
 from elastocal.measuring.instrument import Instrument
 from elastocal.robot.chain import Robot, Tool

@@ -7,7 +7,7 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from elastocal.identification.identify import Identification
+from elastocal.identification.result import Identification
 from elastocal.identification.validation import Validation, summary
 from elastocal.terminal.console import counted, micrometres, out, whole
 

@@ -11,7 +11,7 @@ import pytest
 from elastocal.constraints.cell import CollisionRules, clearances
 from elastocal.elastic.allowed_loads import FixedVector
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.elastic.regressor import joint_springs
+from elastocal.elastic.springs import joint_springs
 from elastocal.errors import InfeasibleError
 from elastocal.measuring.instrument import Isotropic
 from elastocal.motion.margins import (

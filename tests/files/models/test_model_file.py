@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from elastocal.elastic.compliance_model import ComplianceModel
-from elastocal.elastic.regressor import VirtualJoints, joint_springs
+from elastocal.elastic.springs import VirtualJoints, joint_springs
 from elastocal.errors import InputError, ModelFileError
 from elastocal.files.models.model_file import (
     model_document,

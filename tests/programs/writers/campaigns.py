@@ -10,7 +10,7 @@ import elastocal as ec
 from elastocal.arrays import Array
 from elastocal.elastic.allowed_loads import FreeDirection
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.elastic.regressor import joint_springs
+from elastocal.elastic.springs import joint_springs
 from elastocal.measuring.instrument import Isotropic
 from elastocal.programs.campaign_program import campaign_program
 from elastocal.programs.robot_program import Ask, Measure, Move, RobotProgram, Settle

@@ -10,7 +10,7 @@ import numpy as np
 
 from elastocal import __version__
 from elastocal.arrays import Array
-from elastocal.elastic.regressor import VirtualJoints
+from elastocal.elastic.springs import VirtualJoints
 from elastocal.files.compliance_units import unit_of
 from elastocal.files.texts import finite, write_text
 from elastocal.simulation.monte_carlo import Campaigns, MonteCarlo

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from elastocal.identification.identify import Identification
+from elastocal.identification.result import Identification
 from elastocal.identification.validation import Validation, summary
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from elastocal import __version__
 from elastocal.arrays import Array
 from elastocal.elastic.compliance_model import ComplianceModel
-from elastocal.elastic.regressor import VirtualJoints
+from elastocal.elastic.springs import VirtualJoints
 from elastocal.errors import InputError, ModelFileError, StudyError
 from elastocal.files.compliance_units import factor_to_si, unit_of
 from elastocal.files.study.spring_section import (

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.elastic.regressor import VirtualJoints, joint_springs, merged
+from elastocal.elastic.springs import VirtualJoints, joint_springs, merged
 from elastocal.files.yaml_lines import LocatedError, Path_
 from elastocal.robot.chain import Robot, T_body_joint
 

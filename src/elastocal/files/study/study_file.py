@@ -11,7 +11,7 @@ import numpy as np
 from elastocal.arrays import Array
 from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, Load
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.elastic.regressor import VirtualJoints, merged
+from elastocal.elastic.springs import VirtualJoints, merged
 from elastocal.errors import ElastocalError, InputError, StudyError
 from elastocal.files.plans.proposal_file import read_proposal
 from elastocal.files.schema import (

@@ -12,7 +12,7 @@ from markupsafe import Markup
 
 from elastocal.drawing.svg import Scale, drawing, polyline, tag, text
 from elastocal.drawing.units import length, length_unit
-from elastocal.planning.time_curves import TimeCurve
+from elastocal.planning.trade_off import TimeCurve
 from elastocal.report.charts.axes import axis_below, axis_left, legend, legend_height, sign
 
 _WIDTH, _LEFT, _RIGHT, _TOP, _BOTTOM = 400.0, 52.0, 386.0, 30.0, 236.0

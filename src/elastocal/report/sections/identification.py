@@ -12,7 +12,7 @@ import numpy as np
 from elastocal.drawing.picture import portrait
 from elastocal.drawing.units import length, number, percent, plain
 from elastocal.drawing.units import sure as sure_of
-from elastocal.identification.identify import Identification
+from elastocal.identification.result import Identification
 from elastocal.report.charts.correlation import combinations_chart, correlation_chart
 from elastocal.report.charts.forest import close_up, forest_chart
 from elastocal.report.charts.leverage import leverage_chart

@@ -14,7 +14,7 @@ from markupsafe import Markup
 
 from elastocal.arrays import Array
 from elastocal.drawing.picture import group, portrait
-from elastocal.drawing.stage import Figure, Stage, stage
+from elastocal.drawing.stage import Figure, Stage
 from elastocal.drawing.units import number
 from elastocal.planning.assessment import Assessment
 from elastocal.planning.plan import Plan
@@ -26,6 +26,7 @@ from elastocal.report.charts.hours import hours_chart
 from elastocal.report.charts.ranges import range_chart
 from elastocal.report.contents import Contents
 from elastocal.report.layout import two_widths
+from elastocal.report.planned_stage import planned_stage
 from elastocal.report.run_sheet import run_sheet, tool_points, way_home
 from elastocal.report.scene import scene
 from elastocal.report.section import Part, Section
@@ -37,7 +38,7 @@ def plan_part(contents: Contents, *, alone: bool) -> Part | None:
     plan = contents.plan
     if plan is None:
         return None
-    drawn = stage(plan)
+    drawn = planned_stage(plan)
     about = {"plan": plan, "study": plan.study}
     said = verdict(plan, contents.random)
     constraints = {

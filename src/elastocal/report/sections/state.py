@@ -12,7 +12,7 @@ import numpy as np
 
 from elastocal.compensation.compensate import Compensation
 from elastocal.drawing.units import length, number, percent, sure
-from elastocal.identification.identify import Identification
+from elastocal.identification.result import Identification
 from elastocal.identification.validation import Validation, summary
 from elastocal.planning.plan import Plan
 from elastocal.report.contents import Contents

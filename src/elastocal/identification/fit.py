@@ -1,0 +1,43 @@
+"""Fit: how compliances are to be fitted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from elastocal.errors import InputError
+from elastocal.fitting.robust import LOSSES
+
+
+@dataclass(frozen=True)
+class Fit:
+    """How to fit.
+
+    Attributes:
+        model: "equilibrium": deflections of the nonlinear equilibrium; "linear": those of the
+            regressor at the unloaded configuration, as in the paper.
+        sigma: "known": the noise is what instrument or file say; "estimated": only up to a common
+            factor, which is found from the residuals.
+        loss: "squares", or "huber" or "bisquare", which trust outlying readings less.
+        nonnegative: Whether compliances below zero are ruled out.
+        confidence: Confidence of the intervals.
+    """
+
+    model: Literal["equilibrium", "linear"] = "equilibrium"
+    sigma: Literal["known", "estimated"] = "known"
+    loss: str = "squares"
+    nonnegative: bool = False
+    confidence: float = 0.95
+
+    def __post_init__(self) -> None:
+        for name, value, known in (
+            ("model", self.model, ("equilibrium", "linear")),
+            ("sigma", self.sigma, ("known", "estimated")),
+            ("loss", self.loss, tuple(LOSSES)),
+        ):
+            if value not in known:
+                raise InputError(f"{name} {value!r} is not known; expected {' or '.join(known)}")
+        if not 0.5 <= self.confidence < 1.0:
+            raise InputError(
+                f"the confidence must be from 0.5 to below 1, found {self.confidence:g}"
+            )

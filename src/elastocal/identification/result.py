@@ -1,0 +1,95 @@
+"""Identification: compliances found from measurements, and how far to trust them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from elastocal.arrays import Array, IntArray
+from elastocal.elastic.arm import ElasticArm
+from elastocal.elastic.compliance_model import ComplianceModel
+from elastocal.fitting.goodness import LackOfFit
+from elastocal.fitting.influence import Influence
+from elastocal.identification.fit import Fit
+from elastocal.measuring.measurements import Measurements
+
+
+@dataclass(frozen=True)
+class Identification:
+    """Compliances found from measurements, and how far to trust them.
+
+    Attributes:
+        model: All compliances, those that were known beforehand included, with their covariance.
+        identified: Names of the p identified ones, in chain order.
+        how: How they were fitted.
+        interval: (p, 2) confidence intervals [rad/(N·m) or m/N].
+        linear: (p,) estimates of the linear model, from the same readings.
+        scale: Estimated noise over that of instrument or file; 1 means: as promised.
+        chi_square: Sum of the squared residuals over their variances, promised ones.
+        dof: Degrees of freedom: coordinates read, less unknowns.
+        lack_of_fit: What repeats say of the model; None without repeats.
+        residual: (R, 3) measured minus modelled deflections [m].
+        weight: (R,) weights that a robust loss gave to the readings, 1 at most.
+        influence: Of every experiment.
+        configuration_influence: Of every distinct load case.
+        configuration: (N,) distinct load case of every experiment.
+        left_out: (R, 3) residuals of every reading when its experiment is left out [m].
+        singular_values: (p,) of the scaled rows, largest first: how well combinations are seen.
+        combinations: (p, p) the combinations, in units of the columns' norms; one in each row.
+        held: Names held at zero by `nonnegative`.
+        information: (p, p) inverse covariance for noise as promised, prior and weights included.
+        variance: Variance of the estimate over that of this information.
+        iterations: Gauss-Newton steps.
+        measurements: What was fitted.
+        arm: The robot with all springs of the model and the measured tool.
+        remarks: Sentences on what is weak in this result; none if nothing is.
+    """
+
+    model: ComplianceModel
+    identified: tuple[str, ...]
+    how: Fit
+    interval: Array
+    linear: Array
+    scale: float
+    chi_square: float
+    dof: int
+    lack_of_fit: LackOfFit | None
+    residual: Array
+    weight: Array
+    influence: Influence
+    configuration_influence: Influence
+    configuration: IntArray
+    left_out: Array
+    singular_values: Array
+    combinations: Array
+    held: tuple[str, ...]
+    information: Array
+    variance: float
+    iterations: int
+    measurements: Measurements = field(repr=False)
+    arm: ElasticArm = field(repr=False)
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def index(self) -> list[int]:
+        """Positions of the identified springs in `model`."""
+        return [self.model.names.index(name) for name in self.identified]
+
+    @property
+    def compliance(self) -> Array:
+        """(p,) identified compliances [rad/(N·m) or m/N]."""
+        return self.model.compliance[self.index]
+
+    @property
+    def standard_error(self) -> Array:
+        """(p,) their standard errors."""
+        return self.model.standard_error[self.index]
+
+    @property
+    def correlation(self) -> Array:
+        """(p, p) correlation of the identified compliances."""
+        covariance = self.model.covariance[np.ix_(self.index, self.index)]
+        error = np.sqrt(np.diagonal(covariance))
+        scale = np.where(error > 0.0, 1.0 / np.where(error > 0.0, error, 1.0), 0.0)
+        return np.asarray(covariance * np.outer(scale, scale))
