@@ -248,6 +248,17 @@ def test_the_head_turns_past_half_a_turn() -> None:
     assert level.room(posture)[0] == pytest.approx(np.radians(-45.0))
 
 
+@pytest.mark.parametrize(("beam", "room"), [(-170, 20), (170, 20), (-140, -10), (140, -10)])
+def test_a_range_of_azimuths_goes_on_past_half_a_turn(beam: float, room: float) -> None:
+    """150° to 210°, with the beam on either side of ±180°, inside and outside."""
+    robot = kuka_kr270()
+    posture = Posture(robot, np.zeros((1, 6)))
+    way = np.array([np.cos(np.radians(beam)), np.sin(np.radians(beam)), 0.3])
+    head = posture.point(POINT)[:, 0] - 2.0 * way
+    azimuth = HeadAzimuth("a", "M1", POINT, head, np.radians(150), np.radians(210))
+    assert azimuth.room(posture)[0] == pytest.approx(np.radians(room))
+
+
 def test_acceptance_is_the_angle_at_the_marker() -> None:
     robot = kuka_kr270()
     posture = Posture(robot, np.zeros((1, 6)))

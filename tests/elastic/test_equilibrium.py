@@ -12,7 +12,13 @@ from hypothesis import strategies as st
 
 from elastocal.arrays import Array
 from elastocal.elastic.arm import ElasticArm
-from elastocal.elastic.equilibrium import equilibrium, linearise, loaded_deflection, markers_at
+from elastocal.elastic.equilibrium import (
+    deflection_and_gradient,
+    equilibrium,
+    linearise,
+    loaded_deflection,
+    markers_at,
+)
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import deflection
 from elastocal.elastic.springs import VirtualJoints, joint_springs, merged
@@ -316,3 +322,22 @@ def test_weights_cancel_to_first_order() -> None:
     compliance = np.full(5, 1e-4)
     with_, without = (loaded_deflection(a, compliance, cases) for a in (arm, weightless))
     assert 1e-9 < np.abs(with_ - without).max() < 0.02 * np.abs(without).max()
+
+
+@pytest.mark.parametrize("heavy", [True, False])
+@pytest.mark.parametrize("slides", [[False] * 3, [False, True, False, False]])
+def test_gradients_of_deflections_are_differences(slides: list[bool], heavy: bool) -> None:
+    """Loaded minus idle, both under the weight of the links if there is one."""
+    rng = np.random.default_rng(3)
+    arm = random_arm(rng, slides, heavy=heavy)
+    assert arm.sags == heavy
+    cases = random_cases(rng, arm, 4)
+    k = 0.01 * rng.uniform(0.5, 1.5, len(arm.springs))
+    value, slope = deflection_and_gradient(arm, k, cases)
+    np.testing.assert_allclose(value, loaded_deflection(arm, k, cases), atol=1e-15)
+    for j in range(len(k)):
+        h = 1e-4 * k[j] * np.eye(len(k))[j]
+        change = loaded_deflection(arm, k + h, cases) - loaded_deflection(arm, k - h, cases)
+        np.testing.assert_allclose(
+            slope[:, :, j], change / (2.0 * h[j]), atol=1e-8 * np.abs(slope).max()
+        )

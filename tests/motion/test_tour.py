@@ -148,6 +148,9 @@ def test_hours_by_hand() -> None:
     assert found.ends == pytest.approx([1011.0, 1116.0, 1927.0])
     assert found.total == pytest.approx(1930.0)
     assert found.hours == pytest.approx(1930.0 / 3600.0)
+    assert found.minutes["moving"] == pytest.approx((11.0 + 5.0 + 11.0 + 3.0) / 60.0)
+    assert found.minutes["changing loads"] == pytest.approx(20.0)
+    assert sum(found.minutes.values()) == pytest.approx(60.0 * found.hours, rel=1e-12)
 
 
 def test_speeds_and_home_are_there_for_every_joint() -> None:

@@ -149,6 +149,20 @@ def test_disturbed_wrenches_have_the_spread_that_is_asked_for() -> None:
     np.testing.assert_allclose(np.linalg.norm(made[:, 3:], axis=1), size * 0.015, rtol=1e-12)
 
 
+def test_a_moment_does_not_turn_about_the_force() -> None:
+    """Two tilts across the force turn it about itself only in second order: σ²/2, not σ."""
+    wrench = np.tile([0.0, 0.0, -2000.0, 0.0, 30.0, 0.0], (20000, 1))
+    sigma = 0.02
+    made = disturbed(wrench, LoadError(0.0, sigma), np.random.default_rng(0))
+    aside = made[:, 3] / 30.0
+    assert np.std(aside) == pytest.approx(sigma**2 / 2.0, rel=0.05)
+    # Only a moment, along an odd direction: it is the moment that tilts, alike both ways.
+    alone = np.tile([0.0, 0.0, 0.0, 3.0, 0.0, 4.0], (20000, 1))
+    made = disturbed(alone, LoadError(0.0, sigma), np.random.default_rng(1))[:, 3:] / 5.0
+    for across in ([0.8, 0.0, -0.6], [0.0, 1.0, 0.0]):
+        assert np.std(made @ across) == pytest.approx(sigma, rel=0.03)
+
+
 def test_a_share_of_the_readings_is_grossly_wrong(
     study: Study, truth: ComplianceModel, cases: LoadCases
 ) -> None:

@@ -7,7 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from elastocal.errors import MeasurementFileError
 from elastocal.files.measurements.measurement_file import read_measurements
+from elastocal.identification.fit import Fit
+from elastocal.identification.identify import identify
 from elastocal.measuring.measurements import Measurements
 from elastocal.robot.posture import forward_kinematics
 from tests.files.campaign import STUDY_TEXT, study
@@ -184,6 +187,35 @@ def test_loaded_minus_unloaded(tmp_path: Path) -> None:
     np.testing.assert_allclose(found.deflection, [[2e-4, 2e-4, -3e-3]] * 2, rtol=1e-9)
     np.testing.assert_allclose(found.covariance, [(3e-5) ** 2 * np.eye(3)] * 2)
     np.testing.assert_array_equal(found.cases.wrench, [[0, 0, -2500, 0, 0, 0]])
+
+
+def test_the_rest_of_a_sensor_is_taken_off(tmp_path: Path) -> None:
+    """-1000 N loaded and -3 N unloaded act as -997 N; so do torques; compliances by hand."""
+    turned = STATES.partition("\n")[2].replace("1,M", "2,M").replace("-60,80,30", "-80,95,60")
+    text = (STATES + turned).replace("Fz [N]", "Fz [N],Tx [N.m],Ty [N.m],Tz [N.m]")
+    text = text.replace("0,0,-2500,", "0,0,-1000,120,0,0,")
+    rest = read(text.replace(",0,0,0,", ",0,0,-3,2,0,0,"), tmp_path)
+    np.testing.assert_array_equal(rest.cases.wrench, [[0, 0, -997, 118, 0, 0]] * 2)
+    by_hand = text.replace("-1000,120", "-997,118").replace(",50,0,0,0,", ",50,0,0,0,0,0,0,")
+    fits = [identify(study().arm, m, Fit(model="linear")) for m in (rest, read(by_hand, tmp_path))]
+    np.testing.assert_allclose(fits[0].model.compliance, fits[1].model.compliance, rtol=1e-12)
+
+
+@pytest.mark.parametrize("swap", [False, True])
+def test_covariances_are_judged_by_both_uncertainties(tmp_path: Path, swap: bool) -> None:
+    """ux 100 µm, uy 1 µm: 0.9 of their product is possible, 1.1 is not."""
+    u = [1.0, 100.0] if swap else [100.0, 1.0]
+    head = HEAD.replace("u [mm]", "ux [um],uy [um],uz [um],cxy [um2],cxz [um2],cyz [um2]")
+    for share in (0.9, -0.9, 1.1):
+        own = f",{u[0]},{u[1]},10,{share * 100.0:.0f},0,0\n"
+        text = head + ROWS.replace(",0.02\n", own)
+        if abs(share) > 1.0:
+            with pytest.raises(MeasurementFileError, match="must be positive definite"):
+                read(text, tmp_path)
+            continue
+        expected = np.diag([u[0] ** 2, u[1] ** 2, 100.0])
+        expected[0, 1] = expected[1, 0] = share * 100.0
+        np.testing.assert_allclose(read(text, tmp_path).covariance[2], 1e-12 * expected)
 
 
 def test_uncertainties_of_both_states_add(tmp_path: Path) -> None:

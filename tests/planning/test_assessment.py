@@ -1,0 +1,88 @@
+"""What a plan is worth: the nearest constraint and what is broken, by hand."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from elastocal.arrays import Array
+from elastocal.elastic.allowed_loads import FreeDirection
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.planning.assessment import assess, margins
+from elastocal.study.study import Study
+from tests.paper.problems import three_link_study
+
+DOWN = np.array([0.0, 0.0, -1.0])
+
+
+def at(degrees: list[list[float]], force: Array) -> LoadCases:
+    q = np.radians(degrees)
+    return LoadCases(q, np.hstack([np.broadcast_to(force, (len(q), 3)), np.zeros((len(q), 3))]))
+
+
+def cone() -> Study:
+    """Forces up to 2 N within 10° of straight down."""
+    study = three_link_study(3)
+    force = FreeDirection(2.0, DOWN, half_angle=np.radians(10.0))
+    return replace(study, experiments=replace(study.experiments, force=force))
+
+
+def tilted(degrees: float) -> Array:
+    return np.array([np.sin(np.radians(degrees)), 0.0, -np.cos(np.radians(degrees))])
+
+
+def test_the_nearest_constraint_is_the_one_with_the_least_room() -> None:
+    """J2 stands 2° below its upper limit, then J3 3° above its lower one."""
+    study = three_link_study(3)
+    cases = at([[10.0, 178.0, 30.0], [10.0, 60.0, -177.0]], DOWN)
+    near = assess(study, cases, np.array([2, 1])).nearest
+    assert [one.name for one in near] == ["J2 <= 180°", "J3 >= -180°"]
+    assert [one.unit for one in near] == ["rad", "rad"]
+    np.testing.assert_allclose([one.margin for one in near], np.radians([2.0, 3.0]))
+    constraints, room = margins(study, cases)
+    assert room.shape == (len(constraints), 2) == (6, 2)
+    np.testing.assert_allclose(room.min(axis=0), [one.margin for one in near])
+
+
+def test_a_broken_limit_is_a_violation() -> None:
+    broken = assess(three_link_study(3), at([[10.0, 60.0, 30.0], [0, 181.5, 30]], DOWN), np.ones(2))
+    assert broken.nearest[1].margin == pytest.approx(np.radians(-1.5))
+    assert broken.violations == ("load case 2 breaks J2 <= 180° by 1.5°",)
+
+
+@pytest.mark.parametrize(
+    ("force", "count"),
+    [(tilted(8.0), 0), (2.0 * tilted(8.0), 0), (np.zeros(3), 0), (2.0 * tilted(12.0), 1),
+     (2.1 * tilted(8.0), 1), (2.1 * tilted(12.0), 2)],
+)  # fmt: skip
+def test_a_force_must_be_in_the_cone_and_not_too_large(force: Array, count: int) -> None:
+    found = assess(cone(), at([[10.0, 60.0, 30.0]], force), np.ones(1)).violations
+    assert len(found) == count, found
+    outside = [text for text in found if "outside the cone" in text]
+    if np.linalg.norm(force) and np.degrees(np.arccos(-force[2] / np.linalg.norm(force))) > 10.0:
+        assert outside == ["load case 1 has a force outside the cone by 2°"]
+    else:
+        assert not outside
+
+
+def test_rho0_of_one_pose_is_the_trace_by_hand() -> None:
+    """Three load cases measured 2, 3 and 1 times: ρ0² = tr(A0 (Σ m A'A)⁻¹ A0')."""
+    from elastocal.elastic.regressor import regressor
+
+    study = three_link_study(6)
+    cases = at(
+        [[0.0, 60.0, 30.0], [20.0, -40.0, 80.0], [70.0, 10.0, -50.0]], np.array([0.6, 0, 0.8])
+    )
+    repeats = np.array([2, 3, 1])
+    rows = regressor(study.robot, study.springs, study.experiments.tool, cases)[:, :3]
+    total = sum(m * block.T @ block for m, block in zip(repeats, rows, strict=True))
+    a0 = study.test_poses[0].regressor
+    found = assess(study, cases, repeats)
+    assert found.rho0 == pytest.approx(np.sqrt(np.trace(a0 @ np.linalg.inv(total) @ a0.T)))
+    np.testing.assert_allclose(found.standard_error, np.sqrt(np.diag(np.linalg.inv(total))))
+    np.testing.assert_allclose(found.information, total, atol=1e-14)
+    assert found.rho0_each == (pytest.approx(found.rho0),)
+    assert found.identifiable
+    assert not assess(study, at([[0.0, 60.0, 30.0]], DOWN), np.array([6])).identifiable
