@@ -52,6 +52,7 @@ _PUBLIC = {
     "remaining": "elastocal.planning.remaining",
     "write_plan": "elastocal.files.plans.plan_file",
     "write_run_sheet": "elastocal.files.plans.plan_file",
+    "read_plan": "elastocal.files.plans.plan_file",
     "read_proposal": "elastocal.files.plans.proposal_file",
     "assess": "elastocal.planning.assessment",
     "evaluate": "elastocal.planning.evaluation",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,11 +12,10 @@ from elastocal.cli.common import (
     app,
     guarded,
     progress,
-    study_of_plan,
+    study_at,
     writable,
 )
 from elastocal.cli.identify import Known, Mapping, Prior
-from elastocal.cli.plan import bound
 from elastocal.cli.stages import Files, stages, virtual_campaigns
 from elastocal.errors import InputError
 
@@ -67,36 +65,18 @@ def report(
     Whatever follows the plan is computed again from the files that are named.
     """
     from elastocal.files.models.model_file import read_model
+    from elastocal.files.plans.plan_file import read_plan
     from elastocal.files.plans.proposal_file import read_proposal
     from elastocal.planning.assessment import assess
-    from elastocal.planning.evaluation import evaluate as judge
-    from elastocal.planning.plan import Plan
-    from elastocal.planning.remaining import knowing
-    from elastocal.study.study import with_count
 
     files = Files(measurements or [], model, mapping, prior, known, validation or [], path, truth)
     if campaigns is not None and truth is None:
         raise InputError("--campaigns needs --truth: true compliances to simulate with")
     writable(out, plan_file, *([study] if study else []), *(vs or []), *files.all)
-    what = study_of_plan(plan_file, study)
-    proposal = read_proposal(plan_file, what)
-    m = int(proposal.repeats.sum())
-    if proposal.done is not None:
-        what = knowing(what, proposal.done)
-    if proposal.criterion:
-        what = replace(what, criterion=proposal.criterion)
-    what = with_count(what, m, what.experiments.max_configurations)
-    result = judge(what, proposal.load_cases, proposal.repeats, {}, bound(what, m, seed))
-    shown = Plan(
-        load_cases=proposal.load_cases,
-        repeats=proposal.repeats,
-        assessment=result.assessment,
-        certificate=result.certificate,
-        criterion=what.criterion,
-        seed=proposal.seed or 0,
-        study=what,
-        via=proposal.via,
-    )
+    given = None if study is None else study_at(study)
+    with progress("bound") as tell:
+        shown = read_plan(plan_file, given, seed=seed, progress=tell)
+    what = shown.study
     named = {}
     for file in vs or []:
         named[file.name if file.name not in named else str(file)] = file

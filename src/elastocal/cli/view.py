@@ -61,10 +61,8 @@ def _subject(study: Study, plan: Path | None) -> Subject:
     """The study with the poses of a plan, and what its certificate tells of any place."""
     from elastocal.files.plans.certificate_section import read_certified_design
     from elastocal.files.plans.plan_file import study_hash
-    from elastocal.files.plans.proposal_file import read_proposal
-    from elastocal.planning.remaining import knowing
+    from elastocal.files.plans.proposal_file import read_proposal, study_for
     from elastocal.planning.sensitivity import sensitivity
-    from elastocal.study.study import with_count
     from elastocal.viewer.subject import Subject, stops_of
 
     if plan is None:
@@ -75,11 +73,7 @@ def _subject(study: Study, plan: Path | None) -> Subject:
     if proposal.robot_hash and proposal.robot_hash != study.robot.sha256:
         print(f"note: {plan.name} was made with another robot file", file=sys.stderr)
     certified = read_certified_design(plan, study.robot)
-    if proposal.criterion:
-        study = replace(study, criterion=proposal.criterion)
-    if proposal.done is not None:
-        study = knowing(study, proposal.done)
-    study = with_count(study, int(proposal.repeats.sum()), study.experiments.max_configurations)
+    study = study_for(proposal, study)
     known = peak = None
     if certified is not None:
         known, peak = sensitivity(study, *certified), certified.peak

@@ -1,4 +1,4 @@
-"""Plan files: plan.json for programs, plan.csv for people; `proposal_file` reads both back."""
+"""Plan files: plan.json for programs, plan.csv for people; both are read back."""
 
 from __future__ import annotations
 
@@ -15,9 +15,18 @@ from elastocal import __version__
 from elastocal.files.compliance_units import unit_of
 from elastocal.files.plans.done_section import done_section
 from elastocal.files.plans.load_case_entries import columns, load_case_entries
+from elastocal.files.plans.proposal_file import read_proposal, study_for
 from elastocal.files.plans.via_points import VIA, via_document
+from elastocal.files.study.embedded_study import embedded_study
 from elastocal.files.texts import finite, write_text
-from elastocal.planning.certificate import Certificate
+from elastocal.planning.assessment import assess
+from elastocal.planning.certificate import (
+    Certificate,
+    Progress,
+    certificate,
+    confirmed,
+    lower_bound,
+)
 from elastocal.planning.plan import Plan
 from elastocal.robot.chain import Robot
 from elastocal.study.criteria import POSITION_ERRORS
@@ -33,6 +42,49 @@ def write_plan(plan: Plan, path: str | Path) -> None:
     """Write plan.json."""
     document = finite(plan_document(plan))
     write_text(Path(path), json.dumps(document, indent=2, ensure_ascii=False) + "\n")
+
+
+def read_plan(
+    path: str | Path,
+    study: Study | None = None,
+    *,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Plan:
+    """The plan in a file, JSON or CSV by its ending.
+
+    What the file claims of its worth is not read: assessment and certificate are computed anew,
+    for the criterion and the count it was made for. `evaluate` judges its claims.
+
+    Args:
+        path: The file.
+        study: The study it is for; None for the one embedded in it.
+        seed: Of the bound, which takes another stream of random numbers than that of `plan`.
+        progress: Told what is going on.
+
+    Raises:
+        PlanFileError: not a plan, or not for this robot; names row, column or key.
+        StudyError: the embedded study cannot be read.
+    """
+    path = Path(path)
+    study = embedded_study(path) if study is None else study
+    proposal = read_proposal(path, study)
+    study = study_for(proposal, study)
+    bound = lower_bound(study, np.random.default_rng([seed, 1]), progress=progress)
+    x = study.space.points(proposal.load_cases)
+    bound = confirmed(study, bound, x, np.random.default_rng(0))
+    worth = assess(study, proposal.load_cases, proposal.repeats)
+    return Plan(
+        load_cases=proposal.load_cases,
+        repeats=proposal.repeats,
+        assessment=worth,
+        certificate=certificate(study, bound, worth, proposal.count),
+        criterion=study.criterion,
+        seed=proposal.seed or 0,
+        study=study,
+        free_joints=proposal.free_joints,
+        via=proposal.via,
+    )
 
 
 def plan_document(plan: Plan) -> dict[str, Any]:

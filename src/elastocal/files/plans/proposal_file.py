@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +18,9 @@ from elastocal.files.plans.done_section import read_done
 from elastocal.files.plans.load_case_entries import LARGEST, columns, finite_at, read_load_cases
 from elastocal.files.plans.via_points import VIA, read_via, split_via
 from elastocal.files.texts import read_text
+from elastocal.planning.remaining import knowing
 from elastocal.robot.chain import Robot
-from elastocal.study.study import Done, Study
+from elastocal.study.study import Done, Study, with_count
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,7 @@ class Proposal:
         robot_hash: Hash of the robot file it was made with, empty if not said.
         done: What was measured before it, None if nothing.
         via: Configurations passed on the way, see `motion.Vias`; empty if there are none.
+        free_joints: Joints whose values do not matter, empty if not said.
     """
 
     name: str
@@ -50,6 +52,12 @@ class Proposal:
     robot_hash: str = ""
     done: Done | None = None
     via: tuple[Array, ...] = ()
+    free_joints: tuple[str, ...] = ()
+
+    @property
+    def count(self) -> int:
+        """Number of experiments m."""
+        return int(self.repeats.sum())
 
 
 def read_proposal(path: str | Path, study: Study) -> Proposal:
@@ -63,6 +71,14 @@ def read_proposal(path: str | Path, study: Study) -> Proposal:
     if path.suffix.lower() == ".csv":
         return _read_csv(text, path, study.robot)
     return _read_json(text, path, study.robot)
+
+
+def study_for(proposal: Proposal, study: Study) -> Study:
+    """The study as a plan was made for it: its count, its criterion, what was known before."""
+    study = replace(study, criterion=proposal.criterion or study.criterion)
+    if proposal.done is not None:
+        study = knowing(study, proposal.done)
+    return with_count(study, proposal.count, study.experiments.max_configurations)
 
 
 def document_of(text: str, path: Path) -> Any:
@@ -132,7 +148,13 @@ def _read_json(text: str, path: Path, robot: Robot) -> Proposal:
         str(origin.get("robot_sha256", "")),
         read_done(document["after"], robot, f"{path}: after") if "after" in document else None,
         read_via(document.get("via", []), robot, len(cases), str(path)),
+        _free(document.get("free_joints"), robot),
     )
+
+
+def _free(names: Any, robot: Robot) -> tuple[str, ...]:
+    said = names if isinstance(names, list) else []
+    return tuple(name for name in robot.joint_names if name in said)
 
 
 def _repeats(value: Any, where: str) -> int:

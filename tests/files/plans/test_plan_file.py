@@ -1,0 +1,52 @@
+"""Plan files: what is written is read back, and judged anew."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import elastocal as ec
+from tests.files.campaign import study
+
+LIGHT = ec.Effort(batch=8, generations=1, patience=1, islands=1)
+
+
+@pytest.fixture(scope="module")
+def plan() -> ec.Plan:
+    return ec.plan(study(), seed=3, effort=LIGHT)
+
+
+def test_a_plan_is_read_back(plan: ec.Plan, tmp_path: Path) -> None:
+    ec.write_plan(plan, tmp_path / "plan.json")
+    again = ec.read_plan(tmp_path / "plan.json")
+    np.testing.assert_allclose(again.load_cases.q, plan.load_cases.q, atol=1e-12)
+    np.testing.assert_array_equal(again.load_cases.wrench, plan.load_cases.wrench)
+    np.testing.assert_array_equal(again.repeats, plan.repeats)
+    assert (again.criterion, again.seed, again.count) == (plan.criterion, 3, 3)
+    assert again.free_joints == plan.free_joints == ("A1",)
+    assert again.study.text == plan.study.text
+    assert again.assessment.rho0 == pytest.approx(plan.assessment.rho0, rel=1e-12)
+    bound = plan.certificate.lower_bound
+    assert again.certificate.lower_bound == pytest.approx(bound, rel=1e-3)
+
+
+def test_what_a_plan_claims_is_not_believed(plan: ec.Plan, tmp_path: Path) -> None:
+    path = tmp_path / "plan.json"
+    ec.write_plan(plan, path)
+    document = json.loads(path.read_text("utf-8"))
+    document["rho0_mm"] /= 2.0
+    document["certificate"]["rho0_lower_bound_mm"] /= 2.0
+    path.write_text(json.dumps(document), "utf-8")
+    again = ec.read_plan(path)
+    assert again.assessment.rho0 == pytest.approx(plan.assessment.rho0, rel=1e-12)
+    assert again.certificate.lower_bound > 0.99 * plan.certificate.lower_bound
+
+
+def test_a_run_sheet_needs_its_study(plan: ec.Plan, tmp_path: Path) -> None:
+    ec.write_run_sheet(plan, tmp_path / "plan.csv")
+    again = ec.read_plan(tmp_path / "plan.csv", plan.study)
+    np.testing.assert_allclose(again.load_cases.q, plan.load_cases.q, atol=1e-6)
+    assert again.assessment.rho0 == pytest.approx(plan.assessment.rho0, rel=1e-4)
