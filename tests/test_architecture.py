@@ -22,6 +22,7 @@ LONGEST = 400
 GROUND = ("arrays", "errors", "matrices")
 # Rooms in import order, with the rooms above that each may import besides the ground floor.
 MAY_IMPORT = {
+    "wording": "none",
     "robot": "none",
     "elastic": "robot",
     "constraints": "robot",
@@ -35,10 +36,10 @@ MAY_IMPORT = {
     "simulation": "robot elastic measuring fitting identification study",
     "planning": "all but compensation simulation",
     "programs": "robot elastic constraints study motion planning",
-    "drawing": "robot elastic constraints study planning",
+    "drawing": "wording robot elastic constraints study planning",
     "files": "all but programs drawing",
     "report": "all but programs files",
-    "viewer": "robot elastic constraints measuring study planning drawing",
+    "viewer": "wording robot elastic constraints measuring study planning drawing",
     "terminal": "all but report viewer",
     "cli": "all",
 }

@@ -1,4 +1,4 @@
-"""What can go wrong, as types.
+"""What can go wrong, as types; and what is odd or weak, as values.
 
     ElastocalError
     ├── InputError          a value or file is wrong                      exit code 2
@@ -15,6 +15,44 @@ Every message is one sentence: what is wrong, where, what was found, what is exp
 """
 
 from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+Code = Literal[
+    # of an identification
+    "all-negative",
+    "negative",
+    "held-at-zero",
+    "noisier-than-promised",
+    "quieter-than-promised",
+    "few-degrees-of-freedom",
+    "model-error",
+    "zero-in-interval",
+    "carried",
+    "correlated",
+    "counts-less",
+    "outlying",
+    "linear-model",
+]
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """What should make one doubt a value, for programs; `wording.worded` makes it a sentence.
+
+    Attributes:
+        code: What is the matter.
+        about: Names of what is doubted: joints, readings, constraints.
+        because: Names of what it is because of, as the experiments that carry a joint.
+        numbers: What the sentence says, by name, in SI units and radians.
+    """
+
+    code: Code
+    about: tuple[str, ...] = ()
+    because: tuple[str, ...] = ()
+    numbers: Mapping[str, float] = field(default_factory=dict, hash=False)
 
 
 class ElastocalError(Exception):

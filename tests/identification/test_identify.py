@@ -14,7 +14,8 @@ from elastocal.elastic.equilibrium import loaded_deflection
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import regressor
 from elastocal.elastic.springs import VirtualJoints, joint_springs, merged
-from elastocal.errors import IdentifiabilityError, InputError
+from elastocal.errors import Doubt, IdentifiabilityError, InputError
+from elastocal.identification.doubts import doubts
 from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
 from elastocal.identification.leave_one_out import left_out_covariance
@@ -245,10 +246,10 @@ def test_left_out_residuals_know_what_is_taken_as_known() -> None:
 def test_few_sound_readings_are_not_called_outlying() -> None:
     """What stands alone is far out of what the others say, and they know it."""
     rng = np.random.default_rng(22)
-    said = [
-        remarks(measured(arm(), hung(3, seed=5), rng=rng, linear=True), LINEAR) for _ in range(50)
+    codes = [
+        weak(measured(arm(), hung(3, seed=5), rng=rng, linear=True), LINEAR) for _ in range(50)
     ]
-    assert sum("from what the other experiments say" in text for text in said) <= 1
+    assert sum("outlying" in found for found in codes) <= 1
     p_values = [
         leave_one_out(identify(arm(), measured(arm(), hung(3, seed=5), rng=rng))).p_value
         for _ in range(200)
@@ -301,12 +302,12 @@ def test_robust_losses_survive_outliers() -> None:
     data = replace(data, deflection=spoilt)
     plain = identify(arm(), data)
     assert np.abs((plain.compliance - TRUTH) / plain.standard_error).max() > 5.0
-    assert any("E21" in remark for remark in plain.remarks)
+    assert "E21" in named(plain, "outlying")
     for loss in ("huber", "bisquare"):
         found = identify(arm(), data, Fit(loss=loss))
         assert np.abs((found.compliance - TRUTH) / found.standard_error).max() < 4.0
         assert set(np.flatnonzero(found.weight < 0.2)) == {3, 20, 41}
-        assert any("E4" in remark and "E42" in remark for remark in found.remarks)
+        assert {"E4", "E21", "E42"} <= set(named(found, "counts-less"))
 
 
 def test_intervals_of_robust_fits_cover() -> None:
@@ -349,12 +350,12 @@ def test_compliances_held_at_zero_are_named() -> None:
     data = measured(arm(), hung(12), TRUTH * [1, 1, 1, 1, -0.1], linear=True)
     free = identify(arm(), data, LINEAR)
     assert free.compliance[4] == pytest.approx(-0.1 * TRUTH[4])
-    assert any("A6: negative" in remark for remark in free.remarks)
+    assert named(free, "negative") == ("A6",)
     found = identify(arm(), data, replace(LINEAR, nonnegative=True))
     assert (found.compliance >= 0.0).all()
     assert found.held == ("A6",)
     assert found.standard_error[4] == 0.0
-    assert any("held at zero" in remark for remark in found.remarks)
+    assert named(found, "held-at-zero") == ("A6",)
 
 
 def test_unseen_joints_are_named() -> None:
@@ -380,31 +381,39 @@ def test_impossible_requests_are_refused() -> None:
         identify(arm(), data, prior=exact)
 
 
-def remarks(data: Measurements, how: Fit | None = None) -> str:
-    return " | ".join(identify(arm(), data, how).remarks)
+def weak(data: Measurements, how: Fit | None = None) -> dict[str, Doubt]:
+    """The doubts about what is identified from `data`, by their codes."""
+    return {doubt.code: doubt for doubt in doubts(identify(arm(), data, how))}
 
 
-def test_a_strong_result_has_no_remarks() -> None:
+def named(found: Identification, code: str) -> tuple[str, ...]:
+    """What the one doubt of a kind is about."""
+    (doubt,) = (doubt for doubt in doubts(found) if doubt.code == code)
+    return doubt.about
+
+
+def test_a_strong_result_has_no_doubts() -> None:
     rng = np.random.default_rng(13)
-    assert remarks(measured(arm(), hung(24), rng=rng)) == ""
+    assert weak(measured(arm(), hung(24), rng=rng)) == {}
 
 
 def test_weak_results_say_so() -> None:
     rng = np.random.default_rng(14)
     cases = hung(24)
-    assert "times as much as σ promises" in remarks(measured(arm(), cases, rng=rng, promised=1e-5))
-    assert "too pessimistic" in remarks(measured(arm(), cases, rng=rng, promised=1e-4))
+    noisy = weak(measured(arm(), cases, rng=rng, promised=1e-5))["noisier-than-promised"]
+    assert noisy.numbers["scale"] == pytest.approx(SIGMA / 1e-5, rel=0.3)
+    assert noisy.numbers["dof"] == 3 * 24 - 5
+    quiet = weak(measured(arm(), cases, rng=rng, promised=1e-4))["quieter-than-promised"]
+    assert quiet.numbers["scale"] == pytest.approx(SIGMA / 1e-4, rel=0.3)
     good = measured(arm(), cases, rng=rng)
-    assert "loaded and unloaded are probably swapped" in remarks(
-        replace(good, deflection=-good.deflection), LINEAR
-    )
-    far = remarks(measured(arm(), cases, rng=rng, promised=1e-7))
-    assert "e+" not in far.partition(" times as much")[0]  # 250, not 2.5e+02
-    feeble = measured(arm(), hung(24, force=15.0), rng=rng)
-    assert "the interval contains zero" in remarks(feeble)
-    assert "biased at second order" in remarks(good, LINEAR)
-    three = measured(arm(), hung(3), rng=rng)
-    assert "carried by experiment" in remarks(three)
+    assert "all-negative" in weak(replace(good, deflection=-good.deflection), LINEAR)
+    assert "noisier-than-promised" in weak(measured(arm(), cases, rng=rng, promised=1e-7))
+    assert "zero-in-interval" in weak(measured(arm(), hung(24, force=15.0), rng=rng))
+    deflection = np.linalg.norm(good.deflection, axis=1).max()
+    assert weak(good, LINEAR)["linear-model"].numbers == {"deflection": deflection}
+    carried = weak(measured(arm(), hung(3), rng=rng))["carried"]
+    assert carried.numbers["error_ratio"] >= 3.0
+    assert len(carried.because) == 1
 
 
 def test_repeats_tell_model_error_from_noise() -> None:
@@ -426,7 +435,8 @@ def test_repeats_tell_model_error_from_noise() -> None:
     assert found.lack_of_fit is not None
     assert found.lack_of_fit.p_value < 1e-6
     assert found.lack_of_fit.pure_scale == pytest.approx(1.0, abs=0.3)
-    assert any("model error, not noise" in remark for remark in found.remarks)
+    (doubt,) = (doubt for doubt in doubts(found) if doubt.code == "model-error")
+    assert doubt.numbers["fit_scale"] == found.lack_of_fit.fit_scale
     with_tilt = identify(soft, data)
     assert with_tilt.lack_of_fit is not None
     assert with_tilt.lack_of_fit.p_value > 1e-3

@@ -12,9 +12,9 @@ import pytest
 
 from elastocal import report
 from elastocal.compensation.compensate import compensate
-from elastocal.drawing.units import length
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InputError
+from elastocal.identification.doubts import doubts
 from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
 from elastocal.identification.validation import leave_one_out, summary, validate
@@ -26,6 +26,8 @@ from elastocal.report.contents import Contents
 from elastocal.report.intervals import decimals_of
 from elastocal.report.sections.monte_carlo import predicted_errors
 from elastocal.simulation.virtual_campaign import Outliers, simulate
+from elastocal.wording import worded
+from elastocal.wording.numbers import length
 from tests.report.examples import (
     HOSTILE,
     PLANS,
@@ -116,12 +118,12 @@ class TestEveryRobot:
 
 def test_remarks_are_on_top_and_in_their_section() -> None:
     found, page = identified("kuka-kr270"), page_of("kuka-kr270")
-    assert found.remarks
+    assert doubts(found)
     top = page.split("<nav")[0]
     own = page.split('id="identification"')[1].split("</section>")[0]
-    for remark in found.remarks:
-        assert remark in visible(top)
-        assert remark in visible(own)
+    for sentence in map(worded, doubts(found)):
+        assert sentence in visible(top)
+        assert sentence in visible(own)
 
 
 def test_no_remarks_is_said() -> None:
@@ -131,7 +133,7 @@ def test_no_remarks_is_said() -> None:
     cases = LoadCases(q, np.tile([300.0, 200.0, -800.0, 0.0, 0.0, 0.0], (40, 1)))
     data = simulate(plan.study, truth_of(plan), cases, np.ones(40, dtype=int), rng)
     found = identify(plan.study.arm, data)
-    assert found.remarks == ()
+    assert doubts(found) == ()
     assert "Nothing weak was found" in visible(report.html(plan, identification=found))
     assert "No weak points" in visible(report.html(plan, identification=found))
 

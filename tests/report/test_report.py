@@ -15,13 +15,13 @@ from elastocal import report
 from elastocal.constraints import HalfSpace
 from elastocal.drawing.skeleton import skeletons
 from elastocal.drawing.svg import Scale
-from elastocal.drawing.units import direction, length, number, percent
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.planning.assessment import assess
 from elastocal.planning.certificate import Certificate
 from elastocal.robot.chain import Robot
 from elastocal.robot.posture import forward_kinematics
 from elastocal.robot.sources import three_link
+from elastocal.wording.numbers import direction, length, number, percent
 from tests.report.examples import (
     HOSTILE,
     PLANS,

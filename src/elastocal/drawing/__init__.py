@@ -1,1 +1,1 @@
-"""Geometry and words to look at: solids, surfaces, SVG, numbers as people read them."""
+"""Geometry to look at: solids, surfaces, SVG."""

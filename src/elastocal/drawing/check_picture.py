@@ -20,10 +20,10 @@ from elastocal.drawing.projection import Projection
 from elastocal.drawing.silhouette import hull, solid_points
 from elastocal.drawing.skeleton import Skeleton, skeletons
 from elastocal.drawing.svg import join, line, polyline, tag, text
-from elastocal.drawing.units import fixed, plain
 from elastocal.robot.chain import Robot, Tool
 from elastocal.robot.posture import Posture, forward_kinematics
 from elastocal.study.study import Study
+from elastocal.wording.numbers import fixed, plain
 
 _WIDTH, _HEIGHT, _TABLE, _GAP, _TOP = 620.0, 520.0, 250.0, 24.0, 76.0
 _MARGINS = (70.0, 60.0, 50.0)

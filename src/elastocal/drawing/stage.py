@@ -12,9 +12,9 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.drawing.skeleton import Skeleton, skeletons
-from elastocal.drawing.units import plain
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.robot.chain import Robot, Tool
+from elastocal.wording.numbers import plain
 
 _ARROW = 0.22  # longest arrow over the size of the robot
 

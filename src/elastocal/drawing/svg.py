@@ -13,7 +13,7 @@ import numpy as np
 from markupsafe import Markup, escape
 
 from elastocal.arrays import Array
-from elastocal.drawing.units import number
+from elastocal.wording.numbers import number
 
 
 def tag(name: str, *children: str, **attributes: str | float) -> Markup:

@@ -11,6 +11,9 @@ import numpy as np
 
 from elastocal.arrays import Array, IntArray
 
+SURE = 1e-3
+"""Probability below which chance is ruled out."""
+
 
 @dataclass(frozen=True)
 class LackOfFit:
@@ -29,6 +32,11 @@ class LackOfFit:
     fit_scale: float
     fit_dof: int
     p_value: float
+
+    @property
+    def beyond_chance(self) -> bool:
+        """Whether repeats contradict the model."""
+        return self.p_value < SURE
 
 
 def p_value_chi_square(chi_square: float, dof: int) -> float:

@@ -1,7 +1,4 @@
-"""What is weak in an identification, in sentences.
-
-In: an `Identification`. Out: remarks. A strong result has none.
-"""
+"""What is weak in an identification. A strong result has no doubts."""
 
 from __future__ import annotations
 
@@ -9,93 +6,71 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from elastocal.arrays import Array
-from elastocal.fitting.goodness import p_value_chi_square
+from elastocal.arrays import Array, IntArray
+from elastocal.errors import Doubt
+from elastocal.fitting.goodness import SURE, p_value_chi_square
 from elastocal.identification.leave_one_out import left_out_covariance
 from elastocal.identification.result import Identification
 
-_SURE = 1e-3  # probability below which chance is ruled out
 _CLOSE = 0.95  # correlation above which two compliances are hard to tell apart
 _CARRIES = 3.0  # growth of a standard error that makes an experiment indispensable
 _FAR = 4.5  # residual over its own standard deviation that calls for a look
 _FEW = 5  # degrees of freedom below which an estimated σ means little
-_MOST = 5  # names listed before the rest is counted
+_LARGE = 2e-3  # deflection above which the linear model is too coarse [m]
 
 
-def weaknesses(found: Identification) -> tuple[str, ...]:
-    """Sentences on what should make one doubt the result."""
-    return tuple(
-        [
-            *_signs(found),
-            *_noise(found),
-            *_intervals(found),
-            *_carried(found),
-            *_correlated(found),
-            *_outlying(found),
-            *_nonlinear(found),
-        ]
+def doubts(found: Identification) -> tuple[Doubt, ...]:
+    """What should make one doubt the result; nothing if it is strong."""
+    return (
+        *_signs(found),
+        *_noise(found),
+        *_intervals(found),
+        *_carried(found),
+        *_correlated(found),
+        *_outlying(found),
+        *_nonlinear(found),
     )
 
 
-def _signs(found: Identification) -> Iterator[str]:
-    negative = [n for n, k in zip(found.identified, found.compliance, strict=True) if k < 0.0]
-    if len(negative) == len(found.identified) > 1:
-        yield (
-            "all compliances are negative: loaded and unloaded are probably swapped, or the force "
-            "has the wrong sign"
-        )
-    elif negative:
-        yield (
-            f"{_listed(negative)}: negative, which no spring can be; look at signs and joint "
-            "values, or rule it out with a bound at zero"
-        )
+def _signs(found: Identification) -> Iterator[Doubt]:
+    negative = found.compliance < 0.0
+    names = tuple(n for n, below in zip(found.identified, negative, strict=True) if below)
+    if len(names) == len(found.identified) > 1:
+        yield Doubt("all-negative", names)
+    elif names:
+        yield Doubt("negative", names)
     if found.held:
-        yield (
-            f"{_listed(list(found.held))}: held at zero by the bound; the covariance of the "
-            "others takes that as exact"
-        )
+        yield Doubt("held-at-zero", found.held)
 
 
-def _noise(found: Identification) -> Iterator[str]:
+def _noise(found: Identification) -> Iterator[Doubt]:
+    numbers = {"scale": found.scale, "chi_square": found.chi_square, "dof": found.dof}
     if found.how.sigma == "known" and found.dof > 0 and found.how.loss == "squares":
         p = p_value_chi_square(found.chi_square, found.dof)
-        if p < _SURE:
-            yield (
-                f"the residuals scatter {_short(found.scale)} times as much as σ promises (χ² = "
-                f"{found.chi_square:.4g} with {found.dof} degrees of freedom): the noise is larger "
-                "or the model lacks something; the intervals are too narrow, estimate σ"
-            )
-        elif p > 1.0 - _SURE:
-            yield (
-                f"the residuals scatter only {_short(found.scale)} times as much as σ promises: σ "
-                "is too pessimistic, or the readings were smoothed or repeated"
-            )
+        if p < SURE:
+            yield Doubt("noisier-than-promised", numbers=numbers)
+        elif p > 1.0 - SURE:
+            yield Doubt("quieter-than-promised", numbers=numbers)
     if found.how.sigma == "estimated" and found.dof < _FEW:
-        yield f"σ is estimated from {found.dof} degrees of freedom only: the intervals are wide"
+        yield Doubt("few-degrees-of-freedom", numbers={"dof": found.dof})
     lack = found.lack_of_fit
-    if lack is not None and lack.p_value < _SURE:
-        yield (
-            f"repeats agree with one another ({_short(lack.pure_scale)} of the promised noise) far "
-            f"better than with the model ({_short(lack.fit_scale)}): this is model error, not "
-            "noise; no number of repeats will cure it"
-        )
+    if lack is not None and lack.beyond_chance:
+        scales = {"pure_scale": lack.pure_scale, "fit_scale": lack.fit_scale}
+        yield Doubt("model-error", numbers=scales)
 
 
-def _intervals(found: Identification) -> Iterator[str]:
+def _intervals(found: Identification) -> Iterator[Doubt]:
     low, high = found.interval.T
-    open_ = [
+    names = tuple(
         name
         for name, a, b, k in zip(found.identified, low, high, found.compliance, strict=True)
         if a < 0.0 < b and name not in found.held and k >= 0.0
-    ]
-    if open_:
-        yield (
-            f"{_listed(open_)}: the interval contains zero, so the data do not show that "
-            f"{'this spring bends' if len(open_) == 1 else 'these springs bend'} at all"
-        )
+    )
+    if names:
+        yield Doubt("zero-in-interval", names)
 
 
-def _carried(found: Identification) -> Iterator[str]:
+def _carried(found: Identification) -> Iterator[Doubt]:
     """Load cases without which compliances are lost or much worse known."""
     ratio = found.configuration_influence.error_ratio
     if len(ratio) < 2:
@@ -103,56 +78,41 @@ def _carried(found: Identification) -> Iterator[str]:
     most = np.argmax(ratio, axis=0)
     for g in np.unique(most).tolist():
         joints = [j for j in np.flatnonzero(most == g).tolist() if ratio[g, j] >= _CARRIES]
-        if not joints:
-            continue
-        names = [found.measurements.names[i] for i in np.flatnonzero(found.configuration == g)]
-        several = len(names) > 1
-        what, it = ("the repeated experiments", "them") if several else ("experiment", "it")
-        worst = float(ratio[g, joints].max())
-        grows = (
-            f"without {it} nothing is known of these joints"
-            if np.isinf(worst)
-            else f"without {it} the standard errors are up to {_short(worst)} times as large"
-        )
-        yield (
-            f"{_listed([found.identified[j] for j in joints])}: carried by {what} "
-            f"{_listed(names)}; {grows}, and no other load case checks {it}"
-        )
+        if joints:
+            experiments = np.flatnonzero(found.configuration == g)
+            yield Doubt(
+                "carried",
+                tuple(found.identified[j] for j in joints),
+                tuple(found.measurements.names[i] for i in experiments),
+                {"error_ratio": float(ratio[g, joints].max())},
+            )
 
 
-def _correlated(found: Identification) -> Iterator[str]:
+def _correlated(found: Identification) -> Iterator[Doubt]:
     correlation = found.correlation
     for i in range(len(correlation)):
         for j in range(i):
             if abs(correlation[i, j]) > _CLOSE:
-                yield (
-                    f"{found.identified[j]} and {found.identified[i]}: correlated by "
-                    f"{correlation[i, j]:.3f}; their combination is known better than either"
-                )
+                pair = (found.identified[j], found.identified[i])
+                yield Doubt("correlated", pair, numbers={"correlation": float(correlation[i, j])})
 
 
-def _outlying(found: Identification) -> Iterator[str]:
+def _outlying(found: Identification) -> Iterator[Doubt]:
     data = found.measurements
     if found.how.loss != "squares":
         low = np.flatnonzero(found.weight < 0.5)
         if len(low):
-            gone = int((found.weight[low] < 0.01).sum())
-            yield (
-                f"{len(low)} of {len(data)} readings count less than half"
-                + (f", {gone} of them not at all" if gone else "")
-                + f": {_listed([_reading(found, r) for r in low.tolist()])}"
-            )
+            unused = int((found.weight[low] < 0.01).sum())
+            numbers = {"readings": len(data), "unused": unused}
+            yield Doubt("counts-less", _readings(found, low), numbers=numbers)
         return
     limit = max(_FAR, np.sqrt(2.0 * np.log(3.0 * len(data)) + 6.0))
     size = _far_out(found, limit)
     far = np.flatnonzero(size > limit)
     if len(far):
         far = far[np.argsort(-size[far])]
-        names = [_reading(found, r) for r in far.tolist()]
-        yield (
-            f"{_listed(names)}: more than {_short(size[far].min())} σ from "
-            "what the other experiments say; look at it, or use a robust loss"
-        )
+        deviations = {"deviations": float(size[far].min())}
+        yield Doubt("outlying", _readings(found, far), numbers=deviations)
 
 
 def _far_out(found: Identification, limit: float) -> Array:
@@ -175,30 +135,20 @@ def _far_out(found: Identification, limit: float) -> Array:
     return size
 
 
-def _nonlinear(found: Identification) -> Iterator[str]:
+def _nonlinear(found: Identification) -> Iterator[Doubt]:
     if found.how.model != "linear" and len(found.linear):
         return
     # The fit of the paper: say so where the deflections are large enough to matter.
     size = float(np.linalg.norm(found.measurements.deflection, axis=1).max(initial=0.0))
-    if size > 2e-3:
-        yield (
-            f"linear model with deflections up to {1e3 * size:.2g} mm: its estimates are biased "
-            "at second order; the model of the equilibrium is not"
-        )
+    if size > _LARGE:
+        yield Doubt("linear-model", numbers={"deflection": size})
 
 
-def _reading(found: Identification, reading: int) -> str:
+def _readings(found: Identification, readings: IntArray) -> tuple[str, ...]:
+    """Names of readings: of the experiment, and of the marker if there are several."""
     data = found.measurements
-    name = data.names[data.case[reading]]
-    marker = data.tool.marker_names[data.marker[reading]]
-    return name if len(data.tool.markers) == 1 else f"{name}/{marker}"
-
-
-def _short(value: float) -> str:
-    """Two digits, without an exponent as long as people would write none."""
-    return f"{float(f'{value:.2g}'):g}"
-
-
-def _listed(names: list[str]) -> str:
-    shown = ", ".join(names[:_MOST])
-    return shown if len(names) <= _MOST else f"{shown} and {len(names) - _MOST} more"
+    names = [data.names[i] for i in data.case[readings]]
+    if len(data.tool.markers) == 1:
+        return tuple(names)
+    markers = [data.tool.marker_names[m] for m in data.marker[readings]]
+    return tuple(f"{name}/{marker}" for name, marker in zip(names, markers, strict=True))

@@ -1,13 +1,11 @@
 """Identification: from measurements to compliances with honest uncertainty.
 
-In: elastic arm, measurements. Out: an `Identification`: compliances, covariance, intervals, and
-what should make one doubt them. By default the model is the nonlinear equilibrium; the linear
+In: elastic arm, measurements. Out: an `Identification`: compliances, covariance, intervals; see
+`doubts` for what is weak in it. By default the model is the nonlinear equilibrium; the linear
 regressor of the paper is there by name.
 """
 
 from __future__ import annotations
-
-from dataclasses import replace
 
 import numpy as np
 
@@ -20,7 +18,6 @@ from elastocal.fitting.goodness import lack_of_fit
 from elastocal.fitting.influence import Influence, influence, reordered
 from elastocal.fitting.least_squares import column_norms, unseen
 from elastocal.fitting.robust import LOSSES
-from elastocal.identification.doubts import weaknesses
 from elastocal.identification.fit import Fit
 from elastocal.identification.gauss_newton import (
     Problem,
@@ -82,7 +79,7 @@ def identify(
     configuration, influences, left_out = _influences(problem, found)
     scaled = found.fit.triangle / column_norms(found.fit.triangle)
     _, values, vectors = np.linalg.svd(scaled)
-    result = Identification(
+    return Identification(
         model=model,
         identified=names,
         how=how,
@@ -113,7 +110,6 @@ def identify(
         measurements=measurements,
         arm=problem.arm,
     )
-    return replace(result, remarks=weaknesses(result))
 
 
 def _problem(

@@ -43,7 +43,6 @@ class Identification:
         iterations: Gauss-Newton steps.
         measurements: What was fitted.
         arm: The robot with all springs of the model and the measured tool.
-        remarks: Sentences on what is weak in this result; none if nothing is.
     """
 
     model: ComplianceModel
@@ -69,7 +68,6 @@ class Identification:
     iterations: int
     measurements: Measurements = field(repr=False)
     arm: ElasticArm = field(repr=False)
-    remarks: tuple[str, ...] = ()
 
     @property
     def index(self) -> list[int]:

@@ -15,7 +15,7 @@ from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.equilibrium import deflection_and_gradient
 from elastocal.errors import InputError
-from elastocal.fitting.goodness import p_value_chi_square
+from elastocal.fitting.goodness import SURE, p_value_chi_square
 from elastocal.identification.leave_one_out import left_out_covariance
 from elastocal.identification.result import Identification
 from elastocal.identification.uncertainty import quantile
@@ -72,6 +72,11 @@ class Validation:
     def p_value(self) -> float:
         """Probability of so large errors if model, noise and covariance are right."""
         return p_value_chi_square(self.chi_square, self.dof)
+
+    @property
+    def beyond_chance(self) -> bool:
+        """Whether the errors are larger than noise and covariance explain."""
+        return self.p_value < SURE
 
     def by_experiment(self, error: Array) -> Array:
         """(N,) root mean square over the readings of each experiment of errors (R, 3) [m]."""

@@ -9,10 +9,10 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.drawing.surfaces import APERTURES, WALLS
-from elastocal.drawing.units import length, number
 from elastocal.planning.certificate import Certificate
 from elastocal.planning.plan import Plan
 from elastocal.planning.trade_off import TradeOff
+from elastocal.wording.numbers import length, number
 
 
 def of_random(random: Array | None) -> str:

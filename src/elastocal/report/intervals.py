@@ -10,12 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastocal.drawing.units import compliance_unit, fixed, number
-from elastocal.drawing.units import sure as sure_of
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.identification.result import Identification
 from elastocal.report.charts.forest import Estimate
 from elastocal.report.tables import Row, Table
+from elastocal.wording.numbers import compliance_unit, fixed, number
+from elastocal.wording.numbers import sure as sure_of
 
 _STIFFNESS = {False: (1e-6, "10⁶ N·m/rad"), True: (1e-6, "N/µm")}
 

@@ -14,7 +14,6 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from elastocal.drawing.palette import COLOURS
-from elastocal.drawing.units import words
 from elastocal.errors import InputError
 from elastocal.report.contents import Contents
 from elastocal.report.section import Part, Section
@@ -25,6 +24,7 @@ from elastocal.report.sections.plan import plan_part
 from elastocal.report.sections.provenance import provenance
 from elastocal.report.sections.state import state_section, title
 from elastocal.report.sections.validation import validation_part
+from elastocal.wording.numbers import words
 
 _PARTS = (identification_part, validation_part, compensation_part, monte_carlo_part)
 

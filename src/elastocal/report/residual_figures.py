@@ -10,10 +10,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from elastocal.drawing.stage import Stage, Vector, boxed, posed
-from elastocal.drawing.units import length
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.identification.result import Identification
 from elastocal.report.charts.axes import shortened
+from elastocal.wording.numbers import length
 
 _MOST_FIGURES, _MOST_VECTORS = 12, 24
 _LONGEST = 0.17  # longest arrow over the size of the robot

@@ -12,8 +12,8 @@ from markupsafe import Markup
 
 from elastocal.drawing.picture import portrait
 from elastocal.drawing.stage import Stage
-from elastocal.drawing.units import direction, fixed, joint_unit, joint_value, plain, vector
 from elastocal.planning.plan import Plan
+from elastocal.wording.numbers import direction, fixed, joint_unit, joint_value, plain, vector
 
 
 @dataclass(frozen=True)

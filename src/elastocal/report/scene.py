@@ -20,10 +20,10 @@ from elastocal.drawing.skeleton import Skeleton
 from elastocal.drawing.solids import Solid, arrow, ball, sphere, tube, union
 from elastocal.drawing.stage import Figure, Stage
 from elastocal.drawing.surfaces import Surface, aperture, wall
-from elastocal.drawing.units import words as words_of
 from elastocal.planning.plan import Plan
 from elastocal.robot.chain import Robot
 from elastocal.robot.posture import Posture
+from elastocal.wording.numbers import words as words_of
 
 Trace = dict[str, Any]
 

@@ -11,7 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.constraints import describe
-from elastocal.drawing.units import (
+from elastocal.planning.assessment import TOLERANCE, Assessment
+from elastocal.planning.plan import Plan
+from elastocal.planning.visibility import visibility
+from elastocal.study.criteria import CRITERIA, POSITION_ERRORS
+from elastocal.wording.numbers import (
     compliance_unit,
     fixed,
     joint_unit,
@@ -23,10 +27,6 @@ from elastocal.drawing.units import (
     vector,
     words,
 )
-from elastocal.planning.assessment import TOLERANCE, Assessment
-from elastocal.planning.plan import Plan
-from elastocal.planning.visibility import visibility
-from elastocal.study.criteria import CRITERIA, POSITION_ERRORS
 
 _MOST_SUPPORT = 8
 

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.drawing.units import given, length, number, percent
 from elastocal.planning.certificate import Certificate
 from elastocal.planning.plan import Plan
+from elastocal.wording.numbers import given, length, number, percent
 
 
 @dataclass(frozen=True)

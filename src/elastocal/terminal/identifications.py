@@ -7,9 +7,11 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
+from elastocal.identification.doubts import doubts
 from elastocal.identification.result import Identification
 from elastocal.identification.validation import Validation, summary
 from elastocal.terminal.console import counted, micrometres, out, whole
+from elastocal.wording import worded
 
 _BAR = 25  # characters of a drawn interval
 _MOST = 20  # experiments listed one by one
@@ -50,9 +52,10 @@ def show_identification(found: Identification) -> None:
         out.print(Text(f"Taken as known: {', '.join(known)}"))
     out.print(Text(_noise(found)))
     out.print(Text(_linear(found)))
-    for remark in found.remarks:
-        out.print(Text(f"Weak: {remark}.", style="yellow"))
-    if not found.remarks:
+    weak = doubts(found)
+    for doubt in weak:
+        out.print(Text(f"Weak: {worded(doubt)}.", style="yellow"))
+    if not weak:
         out.print(Text("Nothing weak was found in this result.", style="green"))
 
 
@@ -128,7 +131,7 @@ def show_validation(found: Validation) -> None:
                 style="yellow",
             )
         )
-    if found.p_value < 1e-3:
+    if found.beyond_chance:
         out.print(
             Text(
                 "Weak: the errors are larger than noise and compliances explain; the model lacks "

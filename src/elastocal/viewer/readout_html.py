@@ -13,9 +13,9 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.drawing.palette import COLOURS
-from elastocal.drawing.units import fixed, plain, words
 from elastocal.viewer.readout import Bending, Readout, Room
 from elastocal.viewer.subject import Subject
+from elastocal.wording.numbers import fixed, plain, words
 
 _SIGNS = {"broken": "✕", "near": "!", "free": "✓"}
 _SHADES = {"broken": COLOURS["alarm"], "near": COLOURS["contrast"], "free": "#2c7a4b"}

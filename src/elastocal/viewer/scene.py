@@ -16,7 +16,6 @@ from elastocal.drawing.shape_solids import solid_of
 from elastocal.drawing.skeleton import skeletons
 from elastocal.drawing.solids import arrow, union
 from elastocal.drawing.surfaces import APERTURES, WALLS, Surface
-from elastocal.drawing.units import words
 from elastocal.errors import InputError
 from elastocal.measuring.instrument import LaserTracker
 from elastocal.robot.chain import Tool
@@ -34,6 +33,7 @@ from elastocal.viewer.surroundings import (
     tracker_solid,
     walls,
 )
+from elastocal.wording.numbers import words
 
 LAYERS = {
     "loads": ("force and torque", True),

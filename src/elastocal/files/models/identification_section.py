@@ -6,8 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from elastocal.identification.doubts import doubts
 from elastocal.identification.result import Identification
 from elastocal.identification.validation import Validation, summary
+from elastocal.wording import worded
 
 
 def identification_sections(found: Identification) -> dict[str, Any]:
@@ -28,7 +30,7 @@ def identification_sections(found: Identification) -> dict[str, Any]:
             "readings": len(found.measurements),
         },
         "diagnostics": {
-            "remarks": list(found.remarks),
+            "remarks": [worded(doubt) for doubt in doubts(found)],
             "scale_of_noise": found.scale,
             "chi_square": found.chi_square,
             "degrees_of_freedom": found.dof,

@@ -13,7 +13,7 @@ from markupsafe import Markup
 
 from elastocal.arrays import Array
 from elastocal.drawing.svg import Scale, drawing, line, tag, text, tick_labels
-from elastocal.drawing.units import length, length_unit, number
+from elastocal.wording.numbers import length, length_unit, number
 
 _HISTOGRAM, _LANE, _BINS = 84.0, 46.0, 34
 

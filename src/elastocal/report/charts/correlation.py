@@ -12,8 +12,8 @@ from markupsafe import Markup
 
 from elastocal.arrays import Array
 from elastocal.drawing.svg import Scale, drawing, line, tag, text
-from elastocal.drawing.units import fixed, number
 from elastocal.report.charts.axes import cut, width_of
+from elastocal.wording.numbers import fixed, number
 
 _BLUE, _ORANGE, _WHITE = (29, 95, 168), (200, 80, 10), (255, 255, 255)
 _MOST_NUMBERS = 9  # springs up to which numbers fit into the cells

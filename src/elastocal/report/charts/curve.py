@@ -12,7 +12,7 @@ from markupsafe import Markup
 
 from elastocal.arrays import Array, IntArray
 from elastocal.drawing.svg import Scale, drawing, line, polyline, tag, text, tick_labels
-from elastocal.drawing.units import length, length_unit
+from elastocal.wording.numbers import length, length_unit
 
 _WIDTH, _HEIGHT = 400.0, 290.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 52.0, 386.0, 30.0, 236.0

@@ -12,8 +12,8 @@ from markupsafe import Markup
 
 from elastocal.arrays import Array
 from elastocal.drawing.svg import Scale, drawing, line, tag, text
-from elastocal.drawing.units import length_unit
 from elastocal.report.charts.axes import axis_left, legend, legend_height, names_below
+from elastocal.wording.numbers import length_unit
 
 _HEIGHT = 260.0
 _MOST = 200  # experiments drawn

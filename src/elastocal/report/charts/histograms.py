@@ -14,8 +14,8 @@ from markupsafe import Markup
 
 from elastocal.arrays import Array
 from elastocal.drawing.svg import Scale, drawing, line, polyline, tag, text
-from elastocal.drawing.units import length_unit, number
 from elastocal.report.charts.axes import axis_below, cut, legend, legend_height, width_of
+from elastocal.wording.numbers import length_unit, number
 
 _HEIGHT, _BINS = 92.0, 44
 

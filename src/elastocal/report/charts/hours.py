@@ -11,9 +11,9 @@ import numpy as np
 from markupsafe import Markup
 
 from elastocal.drawing.svg import Scale, drawing, polyline, tag, text
-from elastocal.drawing.units import length, length_unit
 from elastocal.planning.trade_off import TimeCurve
 from elastocal.report.charts.axes import axis_below, axis_left, legend, legend_height, sign
+from elastocal.wording.numbers import length, length_unit
 
 _WIDTH, _LEFT, _RIGHT, _TOP, _BOTTOM = 400.0, 52.0, 386.0, 30.0, 236.0
 _SIGNS = ("ring", "square", "dot")

@@ -13,8 +13,8 @@ from markupsafe import Markup
 
 from elastocal.arrays import Array
 from elastocal.drawing.svg import Scale, drawing, line, polyline, tag, text
-from elastocal.drawing.units import length_unit, number
 from elastocal.report.charts.axes import axis_below, axis_left, cut, legend, legend_height
+from elastocal.wording.numbers import length_unit, number
 
 _HEIGHT, _LANE = 270.0, 62.0
 _MOST = 800  # points drawn of a line

@@ -9,9 +9,9 @@ import numpy as np
 from markupsafe import Markup
 
 from elastocal.drawing.svg import Scale, drawing, line, tag, text
-from elastocal.drawing.units import fixed
 from elastocal.planning.plan import Plan
 from elastocal.robot.chain import Joint
+from elastocal.wording.numbers import fixed
 
 _RADIUS = 8.5
 

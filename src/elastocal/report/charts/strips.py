@@ -13,8 +13,8 @@ from markupsafe import Markup
 
 from elastocal.arrays import Array, IntArray
 from elastocal.drawing.svg import Scale, drawing, line, tag, text
-from elastocal.drawing.units import length_unit
 from elastocal.report.charts.axes import axis_left, legend, legend_height, names_below
+from elastocal.wording.numbers import length_unit
 
 _MOST = 900  # readings drawn in one picture
 _HEIGHT, _GAP = 104.0, 20.0

@@ -14,7 +14,6 @@ from elastocal.arrays import Array
 from elastocal.compensation.compensate import Compensation
 from elastocal.drawing.picture import portrait
 from elastocal.drawing.stage import boxed, posed
-from elastocal.drawing.units import length, plain
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.report.charts.lines import Line, error_chart, joint_chart
 from elastocal.report.contents import Contents
@@ -24,6 +23,7 @@ from elastocal.report.scene import path_scene
 from elastocal.report.section import Part, Section
 from elastocal.report.tables import Row, Table
 from elastocal.report.verdict import counted
+from elastocal.wording.numbers import length, plain
 
 _NOTHING = 1e-9  # an error that is not worth a line [m]
 _MOST_ALARMS = 8

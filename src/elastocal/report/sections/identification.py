@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from elastocal.drawing.picture import portrait
-from elastocal.drawing.units import length, number, percent, plain
-from elastocal.drawing.units import sure as sure_of
+from elastocal.identification.doubts import doubts
 from elastocal.identification.result import Identification
 from elastocal.report.charts.correlation import combinations_chart, correlation_chart
 from elastocal.report.charts.forest import close_up, forest_chart
@@ -25,6 +24,9 @@ from elastocal.report.residual_figures import residual_figures
 from elastocal.report.scene import vector_scene
 from elastocal.report.section import Part, Section
 from elastocal.report.verdict import Tile, counted
+from elastocal.wording import worded
+from elastocal.wording.numbers import length, number, percent, plain
+from elastocal.wording.numbers import sure as sure_of
 
 _FEWEST = 8  # residual coordinates that a quantile plot needs
 _WORST = 3  # combinations shown
@@ -65,6 +67,11 @@ def promised(found: Identification) -> float:
     return float(np.sqrt(np.einsum("rii->", data.covariance) / (3.0 * len(data))))
 
 
+def remarks(found: Identification) -> tuple[str, ...]:
+    """What looks odd in the readings, and what is weak in the result."""
+    return (*found.measurements.remarks, *map(worded, doubts(found)))
+
+
 def tiles(found: Identification) -> list[Tile]:
     """The numbers that matter most."""
     data, sigma = found.measurements, promised(found)
@@ -102,7 +109,7 @@ def _result(contents: Contents, found: Identification) -> dict[str, Any]:
     kinds = families(found, contents.references)
     return {
         "tiles": tiles(found),
-        "remarks": (*found.measurements.remarks, *found.remarks),
+        "remarks": remarks(found),
         "families": [(family, _forest(family, contents, found)) for family in kinds],
         "how": _how(found),
         "references": list(contents.references),
@@ -182,7 +189,7 @@ def lack_of_fit_in_words(found: Identification) -> str:
         f"({lack.fit_dof}). "
     )
     p = number(lack.p_value, 2)
-    if lack.p_value < 1e-3:
+    if lack.beyond_chance:
         return said + f"That is too far for chance (p = {p}): the model lacks something."
     if lack.p_value < 0.05:
         return said + f"That is rare by chance (p = {p}): have an eye on the model."

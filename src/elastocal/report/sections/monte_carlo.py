@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.drawing.units import compliance_unit, fixed, length, number, percent
 from elastocal.report.charts.calibration import (
     Statistic,
     band_of_chance,
@@ -24,6 +23,7 @@ from elastocal.report.layout import two_widths
 from elastocal.report.section import Part, Section
 from elastocal.report.tables import Row, Table
 from elastocal.simulation.monte_carlo import Campaigns, MonteCarlo
+from elastocal.wording.numbers import compliance_unit, fixed, length, number, percent
 
 _PROMISED = 0.95  # of the intervals in `Campaigns.coverage`
 _SAMPLE = 200_000

@@ -15,7 +15,6 @@ from markupsafe import Markup
 from elastocal.arrays import Array
 from elastocal.drawing.picture import group, portrait
 from elastocal.drawing.stage import Figure, Stage
-from elastocal.drawing.units import number
 from elastocal.planning.assessment import Assessment
 from elastocal.planning.plan import Plan
 from elastocal.planning.trade_off import TradeOff
@@ -31,6 +30,7 @@ from elastocal.report.run_sheet import run_sheet, tool_points, way_home
 from elastocal.report.scene import scene
 from elastocal.report.section import Part, Section
 from elastocal.report.verdict import bound_of, verdict
+from elastocal.wording.numbers import number
 
 
 def plan_part(contents: Contents, *, alone: bool) -> Part | None:

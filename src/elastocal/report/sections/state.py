@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.compensation.compensate import Compensation
-from elastocal.drawing.units import length, number, percent, sure
 from elastocal.identification.result import Identification
 from elastocal.identification.validation import Validation, summary
 from elastocal.planning.plan import Plan
@@ -24,11 +23,13 @@ from elastocal.report.sections.compensation import (
     rms,
 )
 from elastocal.report.sections.identification import promised
+from elastocal.report.sections.identification import remarks as identification_remarks
 from elastocal.report.sections.monte_carlo import monte_carlo_remarks
 from elastocal.report.sections.provenance import robot_of
 from elastocal.report.sections.validation import origin, removed, validation_remarks
 from elastocal.report.verdict import counted
 from elastocal.simulation.monte_carlo import MonteCarlo
+from elastocal.wording.numbers import length, number, percent, sure
 
 _NEXT = {
     "Planned": "no plan in this report",
@@ -176,7 +177,7 @@ def _remarks(contents: Contents) -> tuple[str, ...]:
     remarks: list[str] = []
     if contents.identification is not None:
         found = contents.identification
-        remarks += [*found.measurements.remarks, *found.remarks]
+        remarks += identification_remarks(found)
     if contents.validation is not None:
         if contents.validation.kept_aside:
             kept = contents.validation.measurements.remarks

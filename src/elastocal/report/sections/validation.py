@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from elastocal.drawing.units import length, number, percent, sure
 from elastocal.identification.validation import Validation, summary
 from elastocal.report.charts.dumbbells import dumbbell_chart
 from elastocal.report.charts.strips import Strips, strips_chart
@@ -18,6 +17,7 @@ from elastocal.report.layout import two_widths
 from elastocal.report.section import Part, Section
 from elastocal.report.tables import Row, Table
 from elastocal.report.verdict import counted
+from elastocal.wording.numbers import length, number, percent, sure
 
 
 def validation_part(contents: Contents) -> Part | None:
@@ -52,7 +52,7 @@ def validation_remarks(found: Validation) -> tuple[str, ...]:
     if worse:
         shown = ", ".join(worse[:5]) + (f" and {len(worse) - 5} more" if len(worse) > 5 else "")
         remarks.append(f"validation: with the model the error is larger than without it in {shown}")
-    if found.p_value < 1e-3:
+    if found.beyond_chance:
         remarks.append(
             f"validation: the errors are larger than noise and covariance explain (χ² = "
             f"{number(found.chi_square, 4)} with {found.dof} degrees of freedom, p = "

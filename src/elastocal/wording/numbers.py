@@ -1,6 +1,6 @@
 """Numbers as people read them: millimetres, micrometres, degrees; few digits; a true minus sign.
 
-In: SI values. Out: text. The only place of the report where units are converted to text.
+In: SI values. Out: text.
 """
 
 from __future__ import annotations
@@ -30,6 +30,11 @@ def number(value: float, digits: int = 3) -> str:
         mantissa = f"{value / 10.0**power:.{digits - 1}f}".replace("-", "−")
         return f"{mantissa}×10{str(power).translate(_SUPERSCRIPT)}"
     return fixed(round(value, digits - 1 - power), max(0, digits - 1 - power))
+
+
+def short(value: float) -> str:
+    """Two digits, without an exponent as long as people would write none."""
+    return f"{float(f'{value:.2g}'):g}"
 
 
 def plain(value: float) -> str:

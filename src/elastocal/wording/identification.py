@@ -1,0 +1,101 @@
+"""What is weak in an identification."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from elastocal.errors import Code, Doubt
+from elastocal.wording.lists import listed
+from elastocal.wording.numbers import short
+
+
+def _noisier(doubt: Doubt) -> str:
+    n = doubt.numbers
+    return (
+        f"the residuals scatter {short(n['scale'])} times as much as σ promises (χ² = "
+        f"{n['chi_square']:.4g} with {n['dof']} degrees of freedom): the noise is larger "
+        "or the model lacks something; the intervals are too narrow, estimate σ"
+    )
+
+
+def _model_error(doubt: Doubt) -> str:
+    n = doubt.numbers
+    return (
+        f"repeats agree with one another ({short(n['pure_scale'])} of the promised noise) far "
+        f"better than with the model ({short(n['fit_scale'])}): this is model error, not "
+        "noise; no number of repeats will cure it"
+    )
+
+
+def _zero_in_interval(doubt: Doubt) -> str:
+    bends = "this spring bends" if len(doubt.about) == 1 else "these springs bend"
+    return (
+        f"{listed(doubt.about)}: the interval contains zero, so the data do not show that "
+        f"{bends} at all"
+    )
+
+
+def _carried(doubt: Doubt) -> str:
+    several, ratio = len(doubt.because) > 1, doubt.numbers["error_ratio"]
+    what, it = ("the repeated experiments", "them") if several else ("experiment", "it")
+    grows = (
+        f"without {it} nothing is known of these joints"
+        if np.isinf(ratio)
+        else f"without {it} the standard errors are up to {short(ratio)} times as large"
+    )
+    return (
+        f"{listed(doubt.about)}: carried by {what} {listed(doubt.because)}; {grows}, and no other "
+        f"load case checks {it}"
+    )
+
+
+def _counts_less(doubt: Doubt) -> str:
+    unused = doubt.numbers["unused"]
+    return (
+        f"{len(doubt.about)} of {doubt.numbers['readings']} readings count less than half"
+        + (f", {unused} of them not at all" if unused else "")
+        + f": {listed(doubt.about)}"
+    )
+
+
+SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
+    "all-negative": lambda _: (
+        "all compliances are negative: loaded and unloaded are probably swapped, or the force "
+        "has the wrong sign"
+    ),
+    "negative": lambda doubt: (
+        f"{listed(doubt.about)}: negative, which no spring can be; look at signs and joint "
+        "values, or rule it out with a bound at zero"
+    ),
+    "held-at-zero": lambda doubt: (
+        f"{listed(doubt.about)}: held at zero by the bound; the covariance of the "
+        "others takes that as exact"
+    ),
+    "noisier-than-promised": _noisier,
+    "quieter-than-promised": lambda doubt: (
+        f"the residuals scatter only {short(doubt.numbers['scale'])} times as much as σ promises: "
+        "σ is too pessimistic, or the readings were smoothed or repeated"
+    ),
+    "few-degrees-of-freedom": lambda doubt: (
+        f"σ is estimated from {doubt.numbers['dof']} degrees of freedom only: the intervals are "
+        "wide"
+    ),
+    "model-error": _model_error,
+    "zero-in-interval": _zero_in_interval,
+    "carried": _carried,
+    "correlated": lambda doubt: (
+        f"{doubt.about[0]} and {doubt.about[1]}: correlated by "
+        f"{doubt.numbers['correlation']:.3f}; their combination is known better than either"
+    ),
+    "counts-less": _counts_less,
+    "outlying": lambda doubt: (
+        f"{listed(doubt.about)}: more than {short(doubt.numbers['deviations'])} σ from "
+        "what the other experiments say; look at it, or use a robust loss"
+    ),
+    "linear-model": lambda doubt: (
+        f"linear model with deflections up to {1e3 * doubt.numbers['deflection']:.2g} mm: its "
+        "estimates are biased at second order; the model of the equilibrium is not"
+    ),
+}

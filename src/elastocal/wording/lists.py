@@ -1,0 +1,13 @@
+"""Names in a row, and how many of something."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+_MOST = 5  # names listed before the rest is counted
+
+
+def listed(names: Sequence[str]) -> str:
+    """Up to five names; of more, how many are left."""
+    shown = ", ".join(names[:_MOST])
+    return shown if len(names) <= _MOST else f"{shown} and {len(names) - _MOST} more"
