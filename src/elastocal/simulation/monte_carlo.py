@@ -56,6 +56,7 @@ class Campaigns:
         covariance: (p, p) predicted from the plan alone.
         error: (K, T) distance between target and tool at the test poses after compensation [m].
         weight: (T,) weights of the test poses, of sum 1.
+        loss: (p, p) matrix Q of the squared error dkᵀ Q dk over the test poses, to first order.
         rho0_each: (T,) predicted root mean squares of `error` [m].
 
     Source: paper eqs. (13), (17), (20).
@@ -70,6 +71,7 @@ class Campaigns:
     covariance: Array
     error: Array
     weight: Array
+    loss: Array
     rho0_each: Array
 
     @property
@@ -346,7 +348,10 @@ def _collected(
     estimate, error, left = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
     design = plan.design
     covariance = _predicted(study, design)
-    weight = np.array([pose.weight for pose in study.test_poses])
+    poses = study.test_poses
+    weight = np.array([pose.weight for pose in poses])
+    weight = weight / weight.sum()
+    loss = sum(w * p.regressor.T @ p.regressor for w, p in zip(weight, poses, strict=True))
     dof = float(design.dof) if plan.how.sigma == "estimated" else np.inf
     return Campaigns(
         name=name,
@@ -357,12 +362,10 @@ def _collected(
         quantile=quantile(0.975, dof),
         covariance=frozen(covariance),
         error=frozen(left),
-        weight=frozen(weight / weight.sum()),
+        weight=frozen(weight),
+        loss=frozen(loss),
         rho0_each=frozen(
-            [
-                np.sqrt(np.trace(pose.regressor @ covariance @ pose.regressor.T))
-                for pose in study.test_poses
-            ]
+            [np.sqrt(np.trace(p.regressor @ covariance @ p.regressor.T)) for p in poses]
         ),
     )
 

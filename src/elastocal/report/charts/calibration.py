@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
 from markupsafe import Markup
 
 from elastocal.arrays import Array
@@ -78,23 +77,3 @@ def _panel(shown: Statistic, left: float, right: float, top: float, bottom: floa
             shape = corners(kind, scale(float(value)), y, 5.0)
             parts.append(tag("polygon", points=shape, class_=f"mark {kind}"))
     return parts
-
-
-def band_of_chance(target: float, number: int, p: float | None = None) -> tuple[float, float]:
-    """Range that holds a standardised statistic of `number` campaigns with 95 %.
-
-    A mean of unit normals about `target`; with `p`, a share about p; see `spread_band`.
-    """
-    half = 1.96 * (1.0 if p is None else np.sqrt(p * (1.0 - p))) / np.sqrt(number)
-    return target - float(half), target + float(half)
-
-
-def spread_band(number: int) -> tuple[float, float]:
-    """Range that holds the ratio of a found standard deviation to the true one with 95 %."""
-    from scipy.special import chdtri
-
-    freedom = number - 1
-    return (
-        float(np.sqrt(chdtri(freedom, 0.975) / freedom)),
-        float(np.sqrt(chdtri(freedom, 0.025) / freedom)),
-    )

@@ -1,6 +1,6 @@
 """Clouds: two estimates over one another, with the ellipse in which they are predicted.
 
-In: estimates of many campaigns, predicted covariance. Out: SVG.
+In: estimates of many campaigns, predicted ellipse. Out: SVG.
 """
 
 from __future__ import annotations
@@ -15,17 +15,16 @@ from elastocal.report.charts.axes import axis_below, axis_left, cut
 _WIDTH, _HEIGHT = 400.0, 340.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 54.0, 388.0, 34.0, 288.0
 _MOST = 600
-_INSIDE = 5.991464547107979  # 95 % quantile of χ² with two degrees of freedom
 
 
 def cloud_chart(
-    shift: Array, covariance: Array, names: tuple[str, str], units: tuple[str, str], reach: Array
+    shift: Array, ellipse: Array, names: tuple[str, str], units: tuple[str, str], reach: Array
 ) -> Markup:
     """Estimates minus truth, (K, 2), and the ellipse that holds 95 % of them by prediction.
 
     Args:
         shift: In the given units.
-        covariance: (2, 2) predicted, in the same units.
+        ellipse: (., 2) its outline, in the same units.
         names: Of the two springs.
         units: Of the two axes.
         reach: (2,) half the length of the axes: alike for plans to be compared.
@@ -39,17 +38,7 @@ def cloud_chart(
     inside = (np.abs(shift) <= reach).all(axis=1)
     for a, b in shift[inside][:_MOST]:
         parts.append(tag("circle", cx=across(a), cy=up(b), r=1.8, class_="speck"))
-    scale = np.sqrt(np.diagonal(covariance))
-    root = np.linalg.cholesky(covariance / np.outer(scale, scale)) * scale[:, None]
-    turn = np.linspace(0.0, 2.0 * np.pi, 97)
-    ellipse = np.sqrt(_INSIDE) * (root @ np.array([np.cos(turn), np.sin(turn)])).T
     shown = " ".join(f"{across(a):.1f},{up(b):.1f}" for a, b in ellipse)
     parts.append(tag("polygon", points=shown, class_="ellipse"))
     about = f"Estimates of {names[0]} and {names[1]} with the predicted ellipse"
     return drawing(_WIDTH, _HEIGHT, about, *parts, class_="chart")
-
-
-def share_inside(shift: Array, covariance: Array) -> float:
-    """Share of (K, 2) within the predicted 95 % ellipse."""
-    solved = np.linalg.solve(covariance, shift.T)
-    return float((np.sum(shift.T * solved, axis=0) <= _INSIDE).mean())
