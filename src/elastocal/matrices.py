@@ -1,18 +1,38 @@
-"""Information matrices: scaled to unit diagonal, inverted, judged."""
+"""Information matrices: scaled to unit diagonal, inverted, of what rank.
+
+Whether information is singular is asked in many places: before a campaign, after it, when an
+experiment is left out, while a design is sought. It is answered here, with the tolerances side by
+side. Compliances differ by factors of a hundred, so their information by ten thousand: nothing is
+judged before it is scaled.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from elastocal.arrays import Array
+from elastocal.arrays import Array, IntArray
+
+SINGULAR = 1e-10
+"""Eigenvalue of scaled information at which a combination of unknowns counts as not seen.
+
+Its standard error is 1e5 times that of an unknown which shares nothing with the others.
+"""
+
+NEARLY_SINGULAR = 1e-5
+"""Eigenvalue at which a design is too close to singular for a search to follow its criterion."""
+
+_BLIND = 1e-18  # share of the largest information below which that of an unknown is rounding
+_INVOLVED = 1e-6  # squared component of an unknown in what is not seen, or product of two
+_RIDGE = 1e-14  # added to a scaled diagonal before it is inverted
 
 
 def scaled_inverse(information: Array) -> Array:
     """Inverses of (B, p, p) information matrices, scaled to unit diagonal before factorising.
 
-    Compliances differ by factors of a hundred, so their information by ten thousand. A ridge of
-    1e-14 of the scaled diagonal turns a singular matrix into one with a huge inverse, so that a
-    plan that cannot identify what matters gets the value zero instead of an exception.
+    A ridge of 1e-14 of the scaled diagonal turns a singular matrix into one with a huge inverse,
+    so that a plan that cannot identify what matters gets the value zero instead of an exception.
     """
     p = information.shape[-1]
     diagonal = np.diagonal(information, axis1=-2, axis2=-1)
@@ -21,13 +41,65 @@ def scaled_inverse(information: Array) -> Array:
     return np.linalg.inv(information * outer + _RIDGE * np.eye(p)) * outer
 
 
-def weakest(information: Array) -> float:
-    """Smallest eigenvalue of a (p, p) information matrix scaled to unit diagonal."""
-    diagonal = np.diagonal(information)
-    if (diagonal <= 0.0).any():
-        return 0.0
-    scale = 1.0 / np.sqrt(diagonal)
-    return float(np.linalg.eigvalsh(information * np.outer(scale, scale))[0])
+def rank_of(
+    information: Array, *, scale: Array | None = None, tolerance: float = SINGULAR
+) -> IntArray:
+    """(B,) numbers of combinations of unknowns that information (B, p, p) sees.
+
+    Args:
+        information: Information matrices, or one of shape (p, p).
+        scale: (p, p) information whose diagonal is the scale. Give the whole where information
+            is what is left of it: on its own scale a rest of rounding would look like knowledge.
+        tolerance: Eigenvalue on that scale at which a combination is not seen.
+
+    Source: ours.
+    """
+    values = np.linalg.eigvalsh(_scaled(information, information if scale is None else scale))
+    return np.asarray(np.sum(values > tolerance, axis=-1))
 
 
-_RIDGE = 1e-14
+@dataclass(frozen=True)
+class Confounded:
+    """Unknowns that information does not tell apart.
+
+    Attributes:
+        members: Their positions; a single one is not seen at all.
+        seen: Number of their combinations that are seen, fewer than there are members.
+    """
+
+    members: tuple[int, ...]
+    seen: int
+
+
+def confounded(information: Array) -> tuple[Confounded, ...]:
+    """What information (p, p) leaves open, in the smallest groups that have nothing in common.
+
+    Its rank is p less what the groups lack. Empty if every unknown is identified; else those that
+    are not seen at all come first.
+
+    Source: ours. Groups are the blocks of the projector on the null space, which, unlike single
+    null vectors, is unique.
+    """
+    values, vectors = np.linalg.eigh(_scaled(information, information))
+    null = vectors[:, values <= SINGULAR]
+    tied = np.abs(null @ null.T) > _INVOLVED
+    groups = []
+    left = set(np.flatnonzero(np.diagonal(tied)).tolist())
+    while left:
+        members, reached = set(), {min(left)}
+        while reached:
+            members |= reached
+            reached = set(np.flatnonzero(tied[sorted(reached)].any(axis=0)).tolist()) - members
+        left -= members
+        chosen = sorted(members)
+        open_ = float(np.sum(null[chosen] ** 2))
+        groups.append(Confounded(tuple(chosen), len(chosen) - round(open_)))
+    return tuple(sorted(groups, key=lambda group: (group.seen > 0, group.members)))
+
+
+def _scaled(information: Array, whole: Array) -> Array:
+    """Information over the roots of the diagonal of `whole`; unknowns it does not see are zero."""
+    diagonal = np.diagonal(whole, axis1=-2, axis2=-1)
+    seen = diagonal > _BLIND * np.max(diagonal, axis=-1, initial=0.0, keepdims=True)
+    root = np.where(seen, 1.0 / np.sqrt(np.where(seen, diagonal, 1.0)), 0.0)
+    return np.asarray(information * (root[..., :, None] * root[..., None, :]))

@@ -14,7 +14,6 @@ from elastocal.design.matrix_means import MatrixMean
 from elastocal.design.test_pose import TestPosePrecision
 from elastocal.design.worst import PowerMean, Worst
 from elastocal.errors import InputError
-from elastocal.matrices import weakest
 from elastocal.study.criteria import CRITERIA, criterion_of, losses, mean_test_pose
 from tests.design.examples import (
     ALL,
@@ -280,11 +279,3 @@ def test_criteria_that_are_not_concave_are_not_information_functions() -> None:
 def test_an_unknown_criterion_is_refused() -> None:
     with pytest.raises(InputError, match="no criterion 'T'; there are test-pose, worst, G, A, D"):
         criterion_of(replace(study_with_two_test_poses(), criterion="T"))
-
-
-def test_weakest_is_scale_free() -> None:
-    matrix = information_matrix(np.random.default_rng(9))
-    scale = np.diag([1e-6, 1.0, 1e8])
-    assert weakest(scale @ matrix @ scale) == pytest.approx(weakest(matrix), rel=1e-9)
-    assert weakest(np.diag([1.0, 0.0])) == 0.0
-    assert weakest(np.eye(3)) == pytest.approx(1.0)

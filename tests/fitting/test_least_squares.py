@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from elastocal.arrays import Array
-from elastocal.fitting.least_squares import column_norms, fit, unseen
+from elastocal.fitting.least_squares import column_norms, fit
 from tests.fitting.nist import DATASETS
 
 # Correct digits wanted. For Filip double precision sets the limit: the condition of its scaled
@@ -77,19 +77,3 @@ def test_bounds_that_do_not_bind_change_nothing() -> None:
     bound = fit(data.rows, data.values, lower=np.array([-1.0, 0.0]))
     np.testing.assert_allclose(bound.estimate, free.estimate, rtol=1e-12)
     assert not bound.held.any()
-
-
-def test_directions_that_rows_do_not_see_are_found() -> None:
-    rng = np.random.default_rng(2)
-    rows = rng.normal(size=(30, 3))
-    rows = np.column_stack([rows, 2.0 * rows[:, 1], np.zeros(30)])
-    directions = unseen(fit(rows, rng.normal(size=30)).triangle)
-    assert len(directions) == 2
-    flat = np.abs(directions)
-    assert flat[:, [0, 2]].max() < 1e-9  # seen well
-    assert sorted(np.round(flat.max(axis=1), 3)) == [0.707, 1.0]
-
-
-def test_rows_that_see_everything_have_no_such_direction() -> None:
-    data = DATASETS["Wampler1"]
-    assert len(unseen(fit(data.rows, data.values).triangle)) == 0

@@ -18,7 +18,7 @@ from elastocal.design.certificate import DualBound, dual_bound
 from elastocal.design.criterion import InformationFunction
 from elastocal.design.oracle import climb, square_root
 from elastocal.design.space import DesignSpace, information
-from elastocal.matrices import weakest
+from elastocal.matrices import NEARLY_SINGULAR, rank_of
 
 Progress = Callable[[str, float], None]
 """(what is going on, current value) -> None."""
@@ -92,7 +92,7 @@ def continuous_design(
     gaps: list[float] = []
     for count in range(rounds):
         total = base + np.einsum("i,ijk->jk", weights, informations)
-        if weakest(total) < _SINGULAR:
+        if rank_of(total, tolerance=NEARLY_SINGULAR) < space.parameters:
             break
         gradient = smooth.gradient(total[None])[0]
         level = float(np.einsum("i,ijk,jk->", weights, informations, gradient))
@@ -133,7 +133,6 @@ def continuous_design(
 _ITERATIONS = (30, 50, 80, 150)
 _HOPELESS = 1e3  # gap beyond which the optimum is singular
 _PATIENCE = 15  # rounds without a smaller gap after which to give up
-_SINGULAR = 1e-6  # scaled eigenvalue below which the search gives up
 
 
 def _distinct(

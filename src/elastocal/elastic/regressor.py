@@ -20,6 +20,7 @@ from elastocal.arrays import Array
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.springs import VirtualJoints
 from elastocal.errors import InputError
+from elastocal.matrices import rank_of
 from elastocal.robot.chain import Robot, Tool
 from elastocal.robot.posture import Posture, cross, dot, jacobian
 
@@ -83,10 +84,7 @@ def cartesian_stiffness(robot: Robot, compliance: Array, q: Array, point: Array)
     """
     columns = jacobian(robot, q, point)
     compliances = columns * compliance @ columns.transpose(0, 2, 1)
-    # Metres and radians differ in size: judge the rank on rows of equal length.
-    scale = 1.0 / np.sqrt(np.maximum(np.diagonal(compliances, axis1=1, axis2=2), 1e-300))
-    smallest = np.linalg.eigvalsh(compliances * scale[:, :, None] * scale[:, None, :])[:, 0]
-    singular = np.flatnonzero(smallest < 1e-12)
+    singular = np.flatnonzero(rank_of(compliances) < 6)
     if len(singular):
         raise InputError(
             f"the Cartesian stiffness is infinite in some direction in configuration "

@@ -12,9 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
-from elastocal.matrices import weakest
-
-_CARRIED = 1e-10  # scaled eigenvalue left by the other groups below which one carries an unknown
+from elastocal.matrices import rank_of
 
 
 @dataclass(frozen=True)
@@ -60,8 +58,8 @@ def influence(
     left = whole - own
     leverage = np.einsum("gpq,pq->g", own, covariance)
     carried = np.zeros(count, dtype=bool)
-    for g in np.flatnonzero(leverage > 0.999):  # below that something of every unknown is left
-        carried[g] = weakest(left[g]) < _CARRIED
+    likely = leverage > 0.999  # below that something of every unknown is left
+    carried[likely] = rank_of(left[likely], scale=whole) < p
     left[carried] = np.eye(p)
     without = np.linalg.inv(left)
     shift = -np.einsum("gpq,gq->gp", without, pulled)

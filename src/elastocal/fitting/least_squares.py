@@ -15,7 +15,6 @@ from elastocal.arrays import Array, BoolArray, frozen
 
 _CHUNK = 65536  # rows that are triangularised at once
 _REFINEMENTS = 4
-_DEFICIENT = 1e-10  # singular value of the scaled rows below which a direction is not seen
 
 
 @dataclass(frozen=True)
@@ -70,16 +69,6 @@ def column_norms(rows: Array) -> Array:
     """(p,) norms of the columns, 1 where a column is zero."""
     norms = np.sqrt(np.einsum("rp,rp->p", rows, rows))
     return np.where(norms > 0.0, norms, 1.0)
-
-
-def unseen(triangle: Array) -> Array:
-    """(d, p) unit vectors of the directions that rows with this triangle do not see.
-
-    Each is a combination of unknowns in units in which their columns have equal norms.
-    """
-    scaled = triangle / column_norms(triangle)
-    _, values, vectors = np.linalg.svd(scaled)
-    return np.asarray(vectors[values <= _DEFICIENT * max(1.0, float(values.max(initial=0.0)))])
 
 
 def _triangularised(rows: Array, values: Array, scale: Array) -> tuple[Array, Array, float]:

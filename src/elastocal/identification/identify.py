@@ -16,7 +16,7 @@ from elastocal.elastic.springs import merged, subset
 from elastocal.errors import IdentifiabilityError, InputError
 from elastocal.fitting.goodness import lack_of_fit
 from elastocal.fitting.influence import Influence, influence, reordered
-from elastocal.fitting.least_squares import column_norms, unseen
+from elastocal.fitting.least_squares import column_norms
 from elastocal.fitting.robust import LOSSES
 from elastocal.identification.fit import Fit
 from elastocal.identification.gauss_newton import (
@@ -28,6 +28,7 @@ from elastocal.identification.gauss_newton import (
 )
 from elastocal.identification.result import Identification
 from elastocal.identification.uncertainty import covariance_of, noise, quantile
+from elastocal.matrices import Confounded, confounded
 from elastocal.measuring.measurements import Measurements
 
 
@@ -59,9 +60,9 @@ def identify(
     problem = _problem(arm, measurements, how, prior, known)
     linear = solve_linear(problem, LOSSES[how.loss])
     names, p = arm.springs.names, len(arm.springs)
-    directions = unseen(linear.fit.triangle)
-    if len(directions) and not linear.fit.held.any():
-        raise IdentifiabilityError(_confounded(names, directions, measurements))
+    groups = confounded(linear.fit.information)
+    if groups and not linear.fit.held.any():
+        raise IdentifiabilityError(_left_open(names, groups, measurements))
     found = linear
     if how.model == "equilibrium":
         found = solve_equilibrium(problem, linear, LOSSES[how.loss])
@@ -198,18 +199,19 @@ def _in_metres(found: Solution, residual: Array) -> Array:
     return np.einsum("rij,rj->ri", found.noise, residual)
 
 
-def _confounded(names: tuple[str, ...], directions: Array, measurements: Measurements) -> str:
+def _left_open(
+    names: tuple[str, ...], groups: tuple[Confounded, ...], measurements: Measurements
+) -> str:
     """Which compliances the data leave open, in words."""
-    involved = np.abs(directions) > 1e-3 * np.abs(directions).max(axis=1, keepdims=True)
-    alone = involved.sum(axis=1) == 1
-    blind = [names[int(np.argmax(row))] for row in involved[alone]]
-    sentences = [f"{name}: no reading is moved by this joint" for name in blind]
-    mixed = np.flatnonzero(involved[~alone].any(axis=0))
-    if len(mixed):
-        seen = len(mixed) - int((~alone).sum())
-        what = "a combination of them" if seen == 1 else f"{seen} combinations of them"
-        joints = " and ".join(names[i] for i in mixed)
-        sentences.append(f"{joints}: the readings see only {what}")
+    sentences = []
+    for group in groups:
+        joints = " and ".join(names[i] for i in group.members)
+        what = "a combination of them" if group.seen == 1 else f"{group.seen} combinations of them"
+        sentences.append(
+            f"{joints}: the readings see only {what}"
+            if group.seen
+            else f"{joints}: no reading is moved by this joint"
+        )
     return (
         f"not identifiable from {measurements.source or 'these measurements'}: "
         + "; ".join(sentences)

@@ -12,10 +12,12 @@ from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.equilibrium import deflection_and_gradient
 from elastocal.elastic.regressor import regressor
 from elastocal.identification.result import Identification
-from elastocal.matrices import weakest
 from elastocal.measuring.measurements import Measurements, chosen
 
-_LEFT = 1e-8  # scaled eigenvalue of what the others know below which they know nothing
+# Growth of a standard error beyond which nothing is known without an experiment. It is far below
+# what `influence` calls infinite: the rows here equal those of the fit to 1e-8 only, so smaller
+# rests of information would be wrong.
+_LOST = 1e3
 
 
 def left_out_covariance(found: Identification, keep: BoolArray | None = None) -> Array:
@@ -44,7 +46,8 @@ def left_out_covariance(found: Identification, keep: BoolArray | None = None) ->
     left = information - _summed(told @ free, data)
     scale = 1.0 / np.sqrt(np.diagonal(information))
     scaled = left * np.outer(scale, scale)
-    lost = np.array([weakest(m) < _LEFT for m in scaled], dtype=bool)
+    lost: BoolArray = np.any(found.influence.error_ratio > _LOST, axis=1)
+    lost = lost if keep is None else lost[keep]
     scaled[lost] = np.eye(len(scale))
     without = np.linalg.inv(scaled) * np.outer(scale, scale)
     noise = found.scale**2 if found.how.sigma == "estimated" else 1.0

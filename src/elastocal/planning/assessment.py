@@ -16,7 +16,7 @@ from elastocal.design.space import information
 from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, Load
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import Regressor
-from elastocal.matrices import scaled_inverse, weakest
+from elastocal.matrices import rank_of, scaled_inverse
 from elastocal.robot.posture import Posture
 from elastocal.study.criteria import losses
 from elastocal.study.study import Study
@@ -76,7 +76,7 @@ def assess(study: Study, cases: LoadCases, repeats: IntArray) -> Assessment:
     """
     informations = load_case_information(study, cases)
     total = study.prior + np.einsum("i,ijk->jk", repeats.astype(float), informations)
-    regular = weakest(total) > 1e-12
+    regular = rank_of(total) == len(total)
     covariance = scaled_inverse(total[None])[0] if regular else np.full_like(total, np.inf)
     each = tuple(
         float(np.sqrt(np.einsum("ij,jk,ik->", pose.regressor, covariance, pose.regressor)))

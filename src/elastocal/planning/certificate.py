@@ -17,7 +17,7 @@ from elastocal.design.oracle import climb
 from elastocal.design.space import information
 from elastocal.design.worst import floored
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.matrices import weakest
+from elastocal.matrices import NEARLY_SINGULAR, rank_of
 from elastocal.planning.assessment import Assessment
 from elastocal.planning.plain_values import simplify
 from elastocal.study.criteria import criterion_of
@@ -26,7 +26,6 @@ from elastocal.study.study import Study
 Progress = Callable[[str, float], None]
 """(what is going on, share done between 0 and 1) -> None."""
 
-_SINGULAR = 1e-5  # scaled eigenvalue below which a floor is put under an optimum
 _FLOOR = 1e-4  # share of the loss that a floor adds
 _ALIKE = 0.03  # relative distance of information matrices that are shown as one
 _OPEN = 0.1  # gap between value and bound that only a singular optimum leaves
@@ -120,7 +119,8 @@ def lower_bound(
             progress(f"{what}, gap {gap:.0e}", 0.4 * float(np.clip(closed, 0.0, 1.0)))
 
     design = continuous_design(space, criterion, rng, base=base, known=known, progress=tell)
-    if design.gap < _OPEN and weakest(design.total) > _SINGULAR:
+    rank = rank_of(design.total, tolerance=NEARLY_SINGULAR)
+    if design.gap < _OPEN and rank == space.parameters:
         return Bound(criterion, criterion, design)
     blocks = information(space.evaluate(space.sample(500, rng)).blocks)
     target = floored(criterion, base + blocks.mean(axis=0), _FLOOR)

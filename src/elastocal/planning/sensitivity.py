@@ -12,12 +12,10 @@ import numpy as np
 from elastocal.arrays import Array, frozen
 from elastocal.design.criterion import InformationFunction
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.matrices import weakest
+from elastocal.matrices import rank_of
 from elastocal.planning.assessment import load_case_information
 from elastocal.study.criteria import criterion_of
 from elastocal.study.study import Study
-
-_SINGULAR = 1e-9  # scaled eigenvalue below which a design has no useful gradient
 
 
 @dataclass(frozen=True)
@@ -49,7 +47,7 @@ def sensitivity(
         return None
     each = load_case_information(study, support)
     total = study.prior / study.experiments.count + np.einsum("i,ijk->jk", weights, each)
-    if weakest(total) < _SINGULAR:
+    if rank_of(total) < len(total):
         return None
     gradient = criterion.gradient(total[None])[0]
     known = np.concatenate([each, load_case_information(study, peak)])

@@ -10,29 +10,21 @@ import numpy as np
 from elastocal.arrays import Array
 from elastocal.design.space import information
 from elastocal.errors import IdentifiabilityError
+from elastocal.matrices import confounded, rank_of
 from elastocal.study.experiment_space import LoadCaseSpace
-
-_BLIND = 1e-18  # information below this share of the largest is rounding of zero
-_SAME = 1e-10  # scaled eigenvalue below which a combination is not identified
 
 
 def unidentifiable(names: tuple[str, ...], total: Array) -> list[str]:
-    """One sentence for each compliance or combination that `total`, (p, p), leaves open."""
-    diagonal = np.diagonal(total)
-    seen = diagonal > _BLIND * max(float(diagonal.max(initial=0.0)), 1e-300)
-    sentences = [
-        f"{name}: no allowed experiment deflects a marker through this joint"
-        for name, ok in zip(names, seen, strict=True)
-        if not ok
-    ]
-    kept = np.flatnonzero(seen)
-    if len(kept):
-        scale = 1.0 / np.sqrt(diagonal[kept])
-        values, vectors = np.linalg.eigh(total[np.ix_(kept, kept)] * np.outer(scale, scale))
-        for vector in vectors[:, values < _SAME].T:
-            involved = kept[np.abs(vector) > 1e-3 * np.abs(vector).max()]
-            joints = " and ".join(names[i] for i in involved)
-            sentences.append(f"{joints}: the experiments see only a combination of them")
+    """One sentence for each group of compliances that `total`, (p, p), does not tell apart."""
+    sentences = []
+    for group in confounded(total):
+        joints = " and ".join(names[i] for i in group.members)
+        what = "a combination of them" if group.seen == 1 else f"{group.seen} combinations of them"
+        sentences.append(
+            f"{joints}: the experiments see only {what}"
+            if group.seen
+            else f"{joints}: no allowed experiment deflects a marker through this joint"
+        )
     return sentences
 
 
@@ -65,7 +57,7 @@ def check_count(
     needed = p
     for size in range(0, p + 1):
         totals = [prior + blocks[rng.integers(0, len(blocks), size)].sum(axis=0) for _ in range(20)]
-        if any(not unidentifiable(space.springs.names, total) for total in totals):
+        if (rank_of(np.array(totals)) == p).any():
             needed = max(size, 1)
             break
     if distinct < needed:
