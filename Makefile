@@ -3,22 +3,38 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
+# Tests that share what is made for their file stay together until a worker runs dry.
+PARALLEL := --numprocesses=auto --dist=worksteal
 
 # One thread: the matrices are small, and several threads only get in each other's way.
 export OPENBLAS_NUM_THREADS ?= 1
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: demo test test-full check bench docs build lock clean
+.PHONY: demo test test-full check coverage pythons bench docs build lock clean
 
 demo: $(VENV)/.run                 ## plan the KUKA KR 270 campaign and write a report
 	$(BIN)/elastocal demo demo
 	@echo "open demo/report.html"
 
-test: $(VENV)/.dev                 ## all tests
-	$(BIN)/python -m pytest
+test: $(VENV)/.dev                 ## all tests, on the cores there are
+	$(BIN)/python -m pytest $(PARALLEL)
 
 test-full: $(VENV)/.dev            ## all tests with ten seeds where one is the default
-	ELASTOCAL_FULL=1 $(BIN)/python -m pytest
+	ELASTOCAL_FULL=1 $(BIN)/python -m pytest $(PARALLEL)
+
+coverage: $(VENV)/.dev             ## which lines and branches no test runs
+	$(BIN)/python -m pytest $(PARALLEL) --cov --cov-report=term:skip-covered --cov-report=html
+
+pythons:                           ## all tests on every interpreter found
+	@for version in 3.11 3.12 3.13 3.14; do \
+	    for python in python$$version $${PYENV_ROOT:-$$HOME/.pyenv}/versions/$$version.*/bin/python; do \
+	        "$$python" -c "" 2>/dev/null || continue; \
+	        echo "Python $$version: $$python"; \
+	        $(MAKE) test VENV=.venv-$$version PYTHON="$$python" || exit 1; \
+	        continue 2; \
+	    done; \
+	    echo "Python $$version: not found, not tested"; \
+	done
 
 check: $(VENV)/.dev                ## format, lint, types
 	$(BIN)/ruff format --check src tests benchmarks examples
@@ -41,7 +57,7 @@ lock: pyproject.toml               ## renew the lock files (needs uv)
 	    --no-annotate --no-header --extra build --extra dev pyproject.toml -o requirements-dev.lock
 
 clean:
-	rm -rf $(VENV) dist build demo .mypy_cache .ruff_cache .pytest_cache
+	rm -rf .venv .venv-* dist build demo htmlcov .coverage .mypy_cache .ruff_cache .pytest_cache
 
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)
