@@ -35,6 +35,17 @@ Code = Literal[
     "counts-less",
     "outlying",
     "linear-model",
+    # of a corrected configuration, and of a compensation
+    "gives-way",
+    "not-at-rest",
+    "rests-elsewhere",
+    "beyond-limit",
+    "hardly-moves",
+    "hardly-turns",
+    "rigid-but-loaded",
+    "wrong-side",
+    "position-only",
+    "nothing-to-compensate",
 ]
 
 
@@ -47,12 +58,14 @@ class Doubt:
         about: Names of what is doubted: joints, readings, constraints.
         because: Names of what it is because of, as the experiments that carry a joint.
         numbers: What the sentence says, by name, in SI units and radians.
+        unit: Their unit where the code leaves it open: "m", "rad", "N" or "N·m".
     """
 
     code: Code
     about: tuple[str, ...] = ()
     because: tuple[str, ...] = ()
     numbers: Mapping[str, float] = field(default_factory=dict, hash=False)
+    unit: str = ""
 
 
 class ElastocalError(Exception):

@@ -24,7 +24,7 @@ from elastocal.elastic.compliance_model import ComplianceModel, merged_models
 from elastocal.elastic.equilibrium import equilibrium
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.springs import VirtualJoints, joint_springs, merged
-from elastocal.errors import InputError
+from elastocal.errors import Doubt, InputError
 from elastocal.files.models.model_file import read_model
 from elastocal.files.paths.path_file import read_path
 from elastocal.robot.chain import Robot, Tool, transform
@@ -94,7 +94,7 @@ def test_with_the_true_compliances_nothing_remains(rule: object) -> None:
     done: Compensation = rule(ARM, TRUTH, PATH)  # type: ignore[operator]
     assert done.converged.all()
     assert not done.damped.any()
-    assert set(done.remarks) == {""}
+    assert not any(done.doubts)
     assert done.notes == ()
     assert sizes(residual(ARM, TRUTH, done)).max() < 1e-6 * MM
     assert sizes(done.after).max() < 1e-6 * MM
@@ -129,8 +129,9 @@ def test_a_rigid_axis_leaves_its_share_and_is_said() -> None:
     keep = [i for i, name in enumerate(TRUTH.names) if name != "A1"]
     model = ComplianceModel(joint_springs(KUKA, TRUTH.names[1:]), TRUTH.compliance[keep])
     done = compensate(ElasticArm(KUKA, model.springs, MILLING), model, PATH)
-    assert len(done.notes) == 1
-    assert done.notes[0].startswith("A1 has no compliance in the model and is taken as rigid")
+    assert [(note.code, note.about, note.unit) for note in done.notes] == [
+        ("rigid-but-loaded", ("A1",), "N·m")
+    ]
     only_a1 = ComplianceModel(joint_springs(KUKA, ["A1"]), TRUTH.compliance[:1])
     share = compensate(ElasticArm(KUKA, only_a1.springs, MILLING), only_a1, PATH).before
     left = residual(ARM, TRUTH, done)
@@ -230,7 +231,7 @@ def test_springs_in_links_are_compensated_too(seed: int, body: int) -> None:
     done = compensate(arm, model, LoadCases(q[None], wrench[None]))
     if done.damped[0]:
         return
-    assert done.converged[0], done.remarks
+    assert done.converged[0], done.doubts
     pose = loaded_tcp(model, robot, tool, done.q[0], wrench)
     np.testing.assert_allclose(pose, done.target[0], atol=1e-11)
 
@@ -317,7 +318,7 @@ def test_the_wrist_singularity_is_no_obstacle_in_joint_space() -> None:
     assert sizes(residual(ARM, TRUTH, done)).max() < 1e-6 * MM
     linear = compensate_linearly(ARM, TRUTH, case)
     assert linear.damped[0]
-    assert "nearly singular: the joints hardly turn the tool about" in linear.remarks[0]
+    assert [doubt.code for doubt in linear.doubts[0]] == ["hardly-turns"]
 
 
 def test_a_stretched_arm_loses_a_direction_and_says_which() -> None:
@@ -336,8 +337,10 @@ def test_a_stretched_arm_loses_a_direction_and_says_which() -> None:
         done = rule(ElasticArm(THREE, model.springs, TIP), model, case)
         assert done.converged[0]
         assert done.damped[0]
-        assert "the joints hardly move the tool along [1 0 0]" in done.remarks[0]
-        assert "mm remain" in done.remarks[0]
+        (doubt,) = done.doubts[0]
+        assert doubt.code == "hardly-moves"
+        np.testing.assert_allclose([doubt.numbers[x] for x in "xyz"], [1, 0, 0], atol=1e-3)
+        assert doubt.numbers["remaining"] == sizes(done.after)[0]
         assert done.after[0, 0] < -0.05 * MM
         assert np.abs(done.after[0, 1:]).max() < 0.01 * MM
 
@@ -350,7 +353,7 @@ def test_a_stretched_arm_bends_where_that_helps() -> None:
     assert done.converged[0]
     assert done.damped[0]
     assert sizes(residual(done.arm, model, done))[0] < 1e-6 * MM
-    assert done.remarks[0].endswith("no error remains")
+    assert done.doubts[0][0].numbers["remaining"] < 1e-6 * MM
 
 
 def test_three_joints_correct_the_position_alone() -> None:
@@ -361,7 +364,7 @@ def test_three_joints_correct_the_position_alone() -> None:
     done = compensate(ElasticArm(THREE, model.springs, TIP), model, case)
     assert sizes(done.before)[0] > 0.5 * MM
     assert sizes(done.after)[0] < 1e-6 * MM
-    assert any("position of the tool is corrected, not its orientation" in n for n in done.notes)
+    assert "position-only" in [note.code for note in done.notes]
 
 
 def test_an_absurdly_soft_arm_does_not_converge() -> None:
@@ -371,7 +374,7 @@ def test_an_absurdly_soft_arm_does_not_converge() -> None:
     assert not done.converged[1:].any()
     assert np.isnan(done.q[1:]).all()
     assert np.isnan(done.command[1:]).all()
-    assert all(done.remarks[1:])
+    assert all(done.doubts[1:])
     left = residual(ARM, TRUTH, done)
     assert np.isnan(left[1:]).all()
 
@@ -382,7 +385,7 @@ def test_a_base_that_is_too_soft_does_not_converge() -> None:
     case = LoadCases(PATH.q[:1], 5.0 * PATH.wrench[:1])
     done = compensate(ElasticArm(KUKA, soft.springs, MILLING), soft, case)
     assert not done.converged[0]
-    assert done.remarks[0]
+    assert done.doubts[0]
 
 
 def test_corrections_beyond_a_joint_limit_name_the_joint() -> None:
@@ -394,9 +397,10 @@ def test_corrections_beyond_a_joint_limit_name_the_joint() -> None:
     beyond = [d for d in (done, lifted) if d.beyond_limits.any()]
     assert len(beyond) == 1
     assert beyond[0].beyond_limits.tolist() == [[False, True, *[False] * 4], [False] * 6]
-    assert beyond[0].remarks[0].startswith("A2 would need 0.0")
-    assert beyond[0].remarks[0].endswith("°, beyond its limit 0°")
-    assert beyond[0].remarks[1] == ""
+    (doubt,), none = beyond[0].doubts
+    assert (doubt.code, doubt.about, doubt.unit) == ("beyond-limit", ("A2",), "rad")
+    assert doubt.numbers == {"value": beyond[0].q[0, 1], "limit": 0.0}
+    assert none == ()
 
 
 def test_arm_and_model_must_have_the_same_springs() -> None:
@@ -409,7 +413,7 @@ def test_no_load_needs_no_correction() -> None:
     cases = LoadCases(PATH.q[:2], np.zeros((2, 6)))
     done = compensate(ARM, TRUTH, cases)
     np.testing.assert_array_equal(done.q, cases.q)
-    assert done.notes == ("no load acts on the tool: there is nothing to compensate",)
+    assert done.notes == (Doubt("nothing-to-compensate"),)
 
 
 def test_springs_of_two_models_keep_chain_order() -> None:
@@ -422,4 +426,4 @@ def test_negative_compliances_are_said() -> None:
     """Loaded and unloaded swapped: the fit says so, and so does what is made of it."""
     swapped = ComplianceModel(TRUTH.springs, -TRUTH.compliance)
     done = compensate(ARM, swapped, PATH)
-    assert any("A1, A2" in note and "wrong side" in note for note in done.notes)
+    assert Doubt("wrong-side", TRUTH.names) in done.notes

@@ -13,7 +13,7 @@ import pytest
 from elastocal import report
 from elastocal.compensation.compensate import compensate
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.errors import InputError
+from elastocal.errors import Doubt, InputError
 from elastocal.identification.doubts import doubts
 from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
@@ -181,13 +181,16 @@ def test_points_without_solution_raise_an_alarm() -> None:
     converged, q = np.array(done.converged), np.array(done.q)
     converged[4:7], q[4:7] = False, np.nan
     after = np.where(converged[:, None], done.after, np.nan)
-    said = tuple("" if ok else f"no way {HOSTILE}" for ok in converged)
-    broken = replace(done, converged=converged, q=q, after=after, remarks=said)
+    numbers = {"value": 2.0, "limit": 1.0}
+    hostile = Doubt("beyond-limit", (HOSTILE,), numbers=numbers, unit="rad")
+    doubts = tuple(() if ok else (hostile,) for ok in converged)
+    broken = replace(done, converged=converged, q=q, after=after, doubts=doubts)
     page = without_plotly(report.html(compensation=broken))
     assert "Do not run the corrected path" in visible(page.split("<nav")[0])
     assert "3 points of 30 cannot be corrected" in visible(page)
     assert "points 5 to 7" in visible(page)
     assert "<img" not in page
+    assert "would need 114.5916°, beyond its limit 57.2958°" in visible(page)
 
 
 def test_linear_rule_shows_what_it_leaves() -> None:

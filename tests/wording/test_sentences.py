@@ -49,6 +49,22 @@ def test_every_code_has_its_sentence() -> None:
             "linear model with deflections up to 21 mm: its estimates are biased at second order; "
             "the model of the equilibrium is not",
         ),
+        (
+            Doubt("beyond-limit", ("A2",), (), {"value": 0.0123, "limit": -0.0}, "rad"),
+            "A2 would need 0.7047°, beyond its limit -0°",
+        ),
+        (
+            Doubt("beyond-limit", ("slide",), (), {"value": 0.0123, "limit": 0.01}, "m"),
+            "slide would need 12.3000mm, beyond its limit 10mm",
+        ),
+        (
+            Doubt("hardly-moves", (), (), {"x": 1.0, "y": -1e-5, "z": 0.0, "remaining": 3e-4}),
+            "nearly singular: the joints hardly move the tool along [1 0 0]; 0.3 mm remain",
+        ),
+        (
+            Doubt("hardly-turns", (), (), {"x": 0.6, "y": 0.8, "z": 0.0}),
+            "nearly singular: the joints hardly turn the tool about [0.6 0.8 0]",
+        ),
     ],
     ids=lambda value: value.code if isinstance(value, Doubt) else "",
 )

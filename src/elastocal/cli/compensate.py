@@ -117,6 +117,8 @@ def _program(
 
 def _refuse(done: Compensation, task: ToolPath) -> None:
     """Write nothing that cannot be driven: name the first point and how many there are."""
+    from elastocal.wording import together
+
     for wrong, what in (
         (~done.converged, "cannot be corrected"),
         (done.beyond_limits.any(axis=1), "would leave the joint limits"),
@@ -125,7 +127,7 @@ def _refuse(done: Compensation, task: ToolPath) -> None:
             i = int(wrong.argmax())
             raise InfeasibleError(
                 f"{task.source}: {int(wrong.sum())} of {len(done)} points {what}, the first is "
-                f"point {task.names[i]} in line {task.lines[i]}: {done.remarks[i]}"
+                f"point {task.names[i]} in line {task.lines[i]}: {together(done.doubts[i])}"
             )
 
 

@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from elastocal.arrays import Array, BoolArray, IntArray, frozen
-from elastocal.compensation.doubts import notes, remarks
+from elastocal.compensation.doubts import doubts, notes
 from elastocal.compensation.loaded_inverse_kinematics import (
     Bent,
     bent_arm,
@@ -34,7 +34,7 @@ from elastocal.elastic.equilibrium import equilibrium, linearise
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import deflection, regressor
 from elastocal.elastic.springs import subset
-from elastocal.errors import InputError
+from elastocal.errors import Doubt, InputError
 from elastocal.robot.chain import Tool
 from elastocal.robot.damped_steps import damped_steps
 from elastocal.robot.posture import jacobian
@@ -62,8 +62,8 @@ class Compensation:
             the search for it came to rest, at the target or, where damped, as near as it gets.
         iterations: (N,) steps of the search.
         damped: (N,) whether the arm is nearly singular there, so that some error may remain.
-        remarks: N sentences, empty where all is well.
-        notes: Sentences on all of them.
+        doubts: What is odd at each of the N points.
+        notes: What is odd with all of them.
     """
 
     arm: ElasticArm
@@ -79,8 +79,8 @@ class Compensation:
     converged: BoolArray
     iterations: IntArray
     damped: BoolArray
-    remarks: tuple[str, ...]
-    notes: tuple[str, ...]
+    doubts: tuple[tuple[Doubt, ...], ...]
+    notes: tuple[Doubt, ...]
 
     def __len__(self) -> int:
         return len(self.cases)
@@ -222,7 +222,7 @@ def _judged(
         converged=frozen(converged, np.bool_),
         iterations=frozen(found.iterations, np.int64),
         damped=frozen(found.damped, np.bool_),
-        remarks=remarks(arm.robot, q, after, good, found.at_rest, found.damped, found.lost),
+        doubts=doubts(arm.robot, q, after, good, found.at_rest, found.damped, found.lost),
         notes=notes(arm, model.compliance, cases, task_rows(arm)),
     )
 

@@ -7,14 +7,14 @@ import numpy as np
 from elastocal.arrays import Array, BoolArray
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
+from elastocal.errors import Doubt
 from elastocal.robot.chain import Robot
 from elastocal.robot.posture import jacobian
 
 _NO_LOAD = 1e-6  # share of the largest joint load below which a joint is not loaded
-_FEW = 1e-9  # remaining error not worth a number [m]
 
 
-def remarks(
+def doubts(
     robot: Robot,
     q: Array,
     after: Array,
@@ -22,8 +22,8 @@ def remarks(
     at_rest: BoolArray,
     damped: BoolArray,
     lost: Array,
-) -> tuple[str, ...]:
-    """One sentence for each of N points, empty where nothing is odd.
+) -> tuple[tuple[Doubt, ...], ...]:
+    """What is odd at each of N points.
 
     Args:
         robot: The robot.
@@ -34,83 +34,76 @@ def remarks(
         damped: (N,) whether the arm is nearly singular.
         lost: (N, 6) twist that the joints cannot give to the tool there.
     """
-    sentences = []
-    for i in range(len(q)):
-        said = []
-        if not stable[i]:
-            said.append("no stable equilibrium: the arm gives way under the load")
-        elif not at_rest[i]:
-            said.append("the search for the corrected configuration did not come to rest")
-        elif not np.isfinite(q[i]).all():
-            said.append("the arm comes to rest elsewhere: the load is too large for it")
-        else:
-            said += limits(robot, q[i])
-        if damped[i]:
-            said.append(f"nearly singular: the joints hardly {direction(lost[i])}")
-            rest = float(np.linalg.norm(after[i]))
-            if np.isfinite(rest):
-                said.append(f"{1e3 * rest:.3g} mm remain" if rest > _FEW else "no error remains")
-        sentences.append("; ".join(said))
-    return tuple(sentences)
+    return tuple(
+        (
+            *_reached(robot, q[i], bool(stable[i]), bool(at_rest[i])),
+            *([_singular(lost[i], after[i])] if damped[i] else []),
+        )
+        for i in range(len(q))
+    )
 
 
-def limits(robot: Robot, q: Array) -> list[str]:
-    """A sentence for every joint of one configuration (n,) that is beyond its limits."""
-    said = []
-    for joint, value in zip(robot.joints, q, strict=True):
-        scale, unit = joint.shown
-        for limit, over in ((joint.lower, joint.lower - value), (joint.upper, value - joint.upper)):
-            if over > 0.0:
-                said.append(
-                    f"{joint.name} would need {scale * value:.4f}{unit}, beyond its limit "
-                    f"{scale * limit:.6g}{unit}"
-                )
-    return said
+def _reached(robot: Robot, q: Array, stable: bool, at_rest: bool) -> list[Doubt]:
+    """Why a configuration (n,) cannot be driven."""
+    if not stable:
+        return [Doubt("gives-way")]
+    if not at_rest:
+        return [Doubt("not-at-rest")]
+    if not np.isfinite(q).all():
+        return [Doubt("rests-elsewhere")]
+    return [
+        Doubt(
+            "beyond-limit",
+            (joint.name,),
+            numbers={"value": value, "limit": limit},
+            unit="m" if joint.prismatic else "rad",
+        )
+        for joint, value in zip(robot.joints, q.tolist(), strict=True)
+        for limit, over in ((joint.lower, joint.lower - value), (joint.upper, value - joint.upper))
+        if over > 0.0
+    ]
 
 
-def direction(lost: Array) -> str:
-    """What the joints hardly do, of a unit twist (6,): 'move the tool along [1 0 0]'."""
+def _singular(lost: Array, after: Array) -> Doubt:
+    """What the joints hardly do, of a unit twist (6,), and what remains of the error (3,)."""
     moves = bool(np.linalg.norm(lost[:3]) >= np.linalg.norm(lost[3:]))
     axis = lost[:3] if moves else lost[3:]
     axis = axis / np.linalg.norm(axis)
     if axis[np.argmax(np.abs(axis))] < 0.0:
         axis = -axis
-    shown = " ".join(f"{v:.3g}" for v in np.round(axis, 3) + 0.0)
-    return f"{'move the tool along' if moves else 'turn the tool about'} [{shown}]"
+    numbers = dict(zip("xyz", axis.tolist(), strict=True))
+    rest = float(np.linalg.norm(after))
+    if np.isfinite(rest):
+        numbers["remaining"] = rest
+    return Doubt("hardly-moves" if moves else "hardly-turns", numbers=numbers)
 
 
-def notes(arm: ElasticArm, compliance: Array, cases: LoadCases, rows: int) -> tuple[str, ...]:
-    """Sentences on all N load cases: what is taken as rigid, what is not restored."""
-    said = [
-        f"{name} has no compliance in the model and is taken as rigid; the load turns it with up "
-        f"to {load:.3g} {unit}"
-        for name, load, unit in _rigid_but_loaded(arm, cases)
-    ]
-    negative = [n for n, k in zip(arm.springs.names, compliance, strict=True) if k < 0.0]
-    if negative:
-        said.append(
-            f"{', '.join(negative)}: negative compliance, so its correction goes to the wrong "
-            "side; identify again before a robot drives this"
-        )
-    count = len(arm.robot.joints)
+def notes(arm: ElasticArm, compliance: Array, cases: LoadCases, rows: int) -> tuple[Doubt, ...]:
+    """What is to be said of all N load cases: what is taken as rigid, what is not restored."""
+    found = _rigid_but_loaded(arm, cases)
+    below = zip(arm.springs.names, compliance, strict=True)
+    if negative := tuple(name for name, value in below if value < 0.0):
+        found.append(Doubt("wrong-side", negative))
     if rows < 6:
-        said.append(
-            f"the robot has {count} joints: the position of the tool is corrected, not its "
-            "orientation"
-        )
+        found.append(Doubt("position-only", numbers={"joints": len(arm.robot.joints)}))
     if not cases.wrench.any():
-        said.append("no load acts on the tool: there is nothing to compensate")
-    return tuple(said)
+        found.append(Doubt("nothing-to-compensate"))
+    return tuple(found)
 
 
-def _rigid_but_loaded(arm: ElasticArm, cases: LoadCases) -> list[tuple[str, float, str]]:
-    """Joints without a spring that the wrenches load: name, largest load, unit."""
+def _rigid_but_loaded(arm: ElasticArm, cases: LoadCases) -> list[Doubt]:
+    """Joints without a spring that the wrenches load."""
     robot = arm.robot
     columns = jacobian(robot, cases.q, arm.tool.load_point)
     load = np.abs(np.einsum("nrj,nr->nj", columns, cases.wrench)).max(axis=0, initial=0.0)
     sprung = set(arm.springs.joint.tolist())
     return [
-        (joint.name, float(load[j]), "N" if joint.prismatic else "N·m")
+        Doubt(
+            "rigid-but-loaded",
+            (joint.name,),
+            numbers={"load": float(load[j])},
+            unit="N" if joint.prismatic else "N·m",
+        )
         for j, joint in enumerate(robot.joints)
         if j not in sprung and load[j] > _NO_LOAD * load.max()
     ]

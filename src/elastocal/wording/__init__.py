@@ -1,5 +1,5 @@
 """Doubts, outcomes and numbers as sentences people read."""
 
-from elastocal.wording.sentences import SENTENCES, worded
+from elastocal.wording.sentences import SENTENCES, together, worded
 
-__all__ = ["SENTENCES", "worded"]
+__all__ = ["SENTENCES", "together", "worded"]

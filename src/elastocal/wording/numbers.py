@@ -83,6 +83,11 @@ def sure(confidence: float) -> str:
     return f"{100.0 * confidence:.4g}\u00a0%"
 
 
+def shown(unit: str) -> tuple[float, str]:
+    """Factor from an SI unit, and the sign of the unit it is shown in."""
+    return {"rad": (180.0 / np.pi, "°"), "m": (1e3, "mm")}.get(unit, (1.0, unit))
+
+
 def joint_value(value: float, prismatic: bool) -> str:
     """A joint value [rad or m] in degrees or millimetres, without its unit."""
     return fixed(1e3 * value, 2) if prismatic else fixed(float(np.degrees(value)), 3)

@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 from elastocal.errors import Code, Doubt
-from elastocal.wording import identification
+from elastocal.wording import compensation, identification
 
-SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {**identification.SENTENCES}
+SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
+    **identification.SENTENCES,
+    **compensation.SENTENCES,
+}
 
 
 def worded(doubt: Doubt) -> str:
     """The sentence that says a doubt: no capital before it, no full stop behind it."""
     return SENTENCES[doubt.code](doubt)
+
+
+def together(doubts: Iterable[Doubt]) -> str:
+    """Several doubts in one sentence; empty if there are none."""
+    return "; ".join(map(worded, doubts))

@@ -15,6 +15,7 @@ from elastocal.files.paths.orientation_columns import FORMS, Form
 from elastocal.files.paths.path_file import CORRECTED, ToolPath
 from elastocal.files.texts import write_text
 from elastocal.robot.chain import Robot
+from elastocal.wording import together, worded
 
 _WRENCH = ("Fx [N]", "Fy [N]", "Fz [N]", "Tx [N.m]", "Ty [N.m]", "Tz [N.m]")
 
@@ -43,7 +44,7 @@ def write_corrected(done: Compensation, task: ToolPath, path: str | Path) -> Non
     writer.writerow(["point", *(name for names, _, _ in parts for name in names), "remark"])
     for i, point in enumerate(task.names):
         cells = [_shown(v, shown) for _, values, shown in parts for v in values[i]]
-        writer.writerow([point, *cells, done.remarks[i]])
+        writer.writerow([point, *cells, together(done.doubts[i])])
     write_text(Path(path), out.getvalue())
 
 
@@ -73,7 +74,7 @@ def corrected_document(
             "converged": bool(done.converged[i]),
             "iterations": int(done.iterations[i]),
             "damped": bool(done.damped[i]),
-            "remark": done.remarks[i],
+            "remark": together(done.doubts[i]),
         }
         points.append(point)
     return {
@@ -81,7 +82,7 @@ def corrected_document(
         "path": {"file": task.source, "sha256": task.sha256, "remarks": list(task.remarks)},
         "model": done.model.source,
         "tool": done.arm.tool.name,
-        "notes": list(done.notes),
+        "notes": [worded(note) for note in done.notes],
         "points": points,
     }
 

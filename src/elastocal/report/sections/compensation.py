@@ -23,6 +23,7 @@ from elastocal.report.scene import path_scene
 from elastocal.report.section import Part, Section
 from elastocal.report.tables import Row, Table
 from elastocal.report.verdict import counted
+from elastocal.wording import together, worded
 from elastocal.wording.numbers import length, plain
 
 _NOTHING = 1e-9  # an error that is not worth a line [m]
@@ -74,7 +75,7 @@ def compensation_remarks(contents: Contents) -> tuple[str, ...]:
     done = contents.compensation
     if done is None:
         return ()
-    said = [f"path: {note}" for note in done.notes]
+    said = [f"path: {worded(note)}" for note in done.notes]
     near = done.damped & done.converged
     if near.any():
         said.append(
@@ -92,9 +93,9 @@ def compensation_remarks(contents: Contents) -> tuple[str, ...]:
 def _groups(done: Compensation) -> list[tuple[str, str]]:
     """Points and what is said of them, points that share a sentence together."""
     by_sentence: dict[str, list[int]] = {}
-    for i, sentence in enumerate(done.remarks):
-        if sentence:
-            by_sentence.setdefault(sentence, []).append(i + 1)
+    for i, doubts in enumerate(done.doubts):
+        if doubts:
+            by_sentence.setdefault(together(doubts), []).append(i + 1)
     grouped = [(_ranges(points), sentence) for sentence, points in by_sentence.items()]
     if len(grouped) > _MOST_ALARMS:
         left = sum(len(p) for p in list(by_sentence.values())[_MOST_ALARMS:])

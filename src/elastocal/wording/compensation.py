@@ -1,0 +1,53 @@
+"""What is odd with corrected configurations: limits, singular arms, rigid joints."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from elastocal.errors import Code, Doubt
+from elastocal.wording.numbers import shown
+
+_NOTHING = 1e-9  # remaining error not worth a number [m]
+
+
+def _beyond_limit(doubt: Doubt) -> str:
+    factor, unit = shown(doubt.unit)
+    value, limit = doubt.numbers["value"], doubt.numbers["limit"]
+    return (
+        f"{doubt.about[0]} would need {factor * value:.4f}{unit}, beyond its limit "
+        f"{factor * limit:.6g}{unit}"
+    )
+
+
+def _singular(doubt: Doubt, does: str) -> str:
+    axis = " ".join(f"{np.round(doubt.numbers[name], 3) + 0.0:.3g}" for name in "xyz")
+    said = f"nearly singular: the joints hardly {does} [{axis}]"
+    rest = doubt.numbers.get("remaining")
+    if rest is None:
+        return said
+    return f"{said}; {1e3 * rest:.3g} mm remain" if rest > _NOTHING else f"{said}; no error remains"
+
+
+SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
+    "gives-way": lambda _: "no stable equilibrium: the arm gives way under the load",
+    "not-at-rest": lambda _: "the search for the corrected configuration did not come to rest",
+    "rests-elsewhere": lambda _: "the arm comes to rest elsewhere: the load is too large for it",
+    "beyond-limit": _beyond_limit,
+    "hardly-moves": lambda doubt: _singular(doubt, "move the tool along"),
+    "hardly-turns": lambda doubt: _singular(doubt, "turn the tool about"),
+    "rigid-but-loaded": lambda doubt: (
+        f"{doubt.about[0]} has no compliance in the model and is taken as rigid; the load turns it "
+        f"with up to {doubt.numbers['load']:.3g} {doubt.unit}"
+    ),
+    "wrong-side": lambda doubt: (
+        f"{', '.join(doubt.about)}: negative compliance, so its correction goes to the wrong "
+        "side; identify again before a robot drives this"
+    ),
+    "position-only": lambda doubt: (
+        f"the robot has {doubt.numbers['joints']} joints: the position of the tool is corrected, "
+        "not its orientation"
+    ),
+    "nothing-to-compensate": lambda _: "no load acts on the tool: there is nothing to compensate",
+}
