@@ -48,26 +48,26 @@ def _members() -> list[InformationFunction]:
 
 def _information_functions() -> dict[str, InformationFunction]:
     study = study_with_two_test_poses()
-    by_name = {name: make(study) for name, (make, _) in CRITERIA.items()}
+    by_name = {name: criterion.function(study) for name, criterion in CRITERIA.items()}
     functions = {n: c for n, c in by_name.items() if isinstance(c, InformationFunction)}
     for order in (0.0, -0.5, -1.0, -2.0, -7.5, -np.inf):
-        functions[f"matrix mean of order {order:g}"] = MatrixMean(order, "mean")
+        functions[f"matrix mean of order {order:g}"] = MatrixMean(order)
     functions["rank-deficient test pose"] = TestPosePrecision(np.diag([1.0, 2.0, 0.0]))
     functions["worst of four"] = Worst(_members())
     functions["power mean of four"] = PowerMean(_members(), sharpness=3.0)
     functions["sharp power mean of four"] = PowerMean(_members())
-    functions["worst of D and E"] = Worst([MatrixMean(0.0, "D"), MatrixMean(-np.inf, "E")])
+    functions["worst of D and E"] = Worst([MatrixMean(0.0), MatrixMean(-np.inf)])
     functions["floored test pose"] = floored(
         TestPosePrecision(np.diag([1.0, 2.0, 0.0])), np.diag([1.0, 4.0, 100.0]), 1e-2
     )
-    functions["floored E"] = floored(MatrixMean(-np.inf, "E"), np.diag([1.0, 4.0, 100.0]), 1e-2)
+    functions["floored E"] = floored(MatrixMean(-np.inf), np.diag([1.0, 4.0, 100.0]), 1e-2)
     return functions
 
 
 INFORMATION_FUNCTIONS = _information_functions()
 SMOOTH = {name: f for name, f in INFORMATION_FUNCTIONS.items() if f.smooth is f}
 ALL: dict[str, Criterion] = {
-    **{name: make(study_with_two_test_poses()) for name, (make, _) in CRITERIA.items()},
+    **{name: c.function(study_with_two_test_poses()) for name, c in CRITERIA.items()},
     **INFORMATION_FUNCTIONS,
 }
 

@@ -68,7 +68,7 @@ def test_the_bound_holds_from_any_matrix_whatever(name: str) -> None:
 
 def test_the_bound_counts_what_is_known_already() -> None:
     """φ(B + M) ≤ tr(G B) + max s, with equality for the best single addition."""
-    space, d = polynomial(2), MatrixMean(0.0, "D")
+    space, d = polynomial(2), MatrixMean(0.0)
     ends = space.evaluate(np.array([[-1.0], [1.0]])).blocks[:, 0]
     base = ends.T @ ends
     middle = space.evaluate(np.array([[0.0]])).blocks[0]

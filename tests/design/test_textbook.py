@@ -14,7 +14,7 @@ from elastocal.design.matrix_means import MatrixMean
 from elastocal.design.test_pose import TestPosePrecision
 from tests.design.polynomial import Regression, polynomial, spring_balance
 
-D, A, E = MatrixMean(0.0, "D"), MatrixMean(-1.0, "A"), MatrixMean(-np.inf, "E")
+D, A, E = MatrixMean(0.0), MatrixMean(-1.0), MatrixMean(-np.inf)
 PAIRS = ((1.0, 1.0, 0.0), (1.0, 0.0, 1.0), (0.0, 1.0, 1.0))
 
 

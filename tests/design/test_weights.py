@@ -57,12 +57,12 @@ def reference(kind: str, matrices: np.ndarray, base: np.ndarray, seed: int) -> f
 def criterion(kind: str, seed: int) -> InformationFunction:
     rows = task_rows(seed)
     return {
-        "A": lambda: MatrixMean(-1.0, "A"),
-        "D": lambda: MatrixMean(0.0, "D"),
-        "E": lambda: MatrixMean(-np.inf, "E"),
+        "A": lambda: MatrixMean(-1.0),
+        "D": lambda: MatrixMean(0.0),
+        "E": lambda: MatrixMean(-np.inf),
         "test-pose": lambda: TestPosePrecision(rows.T @ rows),
         "one coordinate": lambda: TestPosePrecision(np.outer(*[task_rows(seed, 1)[0]] * 2)),
-        "G": lambda: Worst([TestPosePrecision(np.outer(row, row)) for row in rows], "G"),
+        "G": lambda: Worst([TestPosePrecision(np.outer(row, row)) for row in rows]),
     }[kind]()
 
 
@@ -129,14 +129,14 @@ SIZES = np.array([1.0, 4.0, 9.0, 25.0])
 @pytest.mark.parametrize(
     ("f", "expected"),
     [
-        (MatrixMean(0.0, "D"), np.full(P, 1 / P)),
-        (MatrixMean(-1.0, "A"), SIZES**-0.5 / (SIZES**-0.5).sum()),
-        (MatrixMean(-0.5, "O5"), SIZES ** (-1 / 3) / (SIZES ** (-1 / 3)).sum()),
+        (MatrixMean(0.0), np.full(P, 1 / P)),
+        (MatrixMean(-1.0), SIZES**-0.5 / (SIZES**-0.5).sum()),
+        (MatrixMean(-0.5), SIZES ** (-1 / 3) / (SIZES ** (-1 / 3)).sum()),
         (
             TestPosePrecision(np.diag([4.0, 1.0, 1.0, 1.0])),
             (w := np.sqrt(np.array([4.0, 1.0, 1.0, 1.0]) / SIZES)) / w.sum(),
         ),
-        (MatrixMean(-np.inf, "E"), SIZES**-1.0 / (SIZES**-1.0).sum()),
+        (MatrixMean(-np.inf), SIZES**-1.0 / (SIZES**-1.0).sum()),
     ],
     ids=["D", "A", "O5", "test-pose", "E"],
 )
@@ -190,6 +190,6 @@ def test_points_that_identify_too_little_get_equal_weights(order: float) -> None
     """Three unknowns, two seen, one of them faintly: no exception, no warning, no preference."""
     rows = np.array([[1.0, 0.0, 0.0], [1.0, 1e-12, 0.0], [2.0, 0.0, 0.0]])
     informations = rows[:, :, None] * rows[:, None, :]
-    criterion = MatrixMean(order, "any").smooth
+    criterion = MatrixMean(order).smooth
     weights = interior_point(criterion, informations, np.zeros((3, 3)), 1e-3)
     assert weights == pytest.approx(np.full(3, 1.0 / 3.0))

@@ -189,11 +189,12 @@ def _refuse(results: dict[str, Any]) -> None:
 
 def _evaluation(count: int, configurations: int, result: Any) -> dict[str, Any]:
     worth, proof = result.assessment, result.certificate
+    bound = proof.rho0_bound
     return {
         "experiments": count,
         "configurations": configurations,
         "rho0_mm": 1e3 * worth.rho0,
-        "lower_bound_mm": 1e3 * proof.lower_bound if proof.criterion == "test-pose" else None,
+        "lower_bound_mm": None if bound is None else 1e3 * bound,
         "efficiency": proof.efficiency,
         "standard_error": [float(v) for v in worth.standard_error],
         "seen": None

@@ -21,8 +21,6 @@ from elastocal.arrays import Array
 class Criterion(abc.ABC):
     """A figure of merit of information matrices; larger is better."""
 
-    name: str
-
     @abc.abstractmethod
     def value(self, information: Array) -> Array:
         """(B,) values of information matrices (B, p, p); 0 where singular in what matters."""

@@ -18,11 +18,11 @@ class MatrixMean(InformationFunction):
     Source: Pukelsheim (2006) ch. 6; Table 1 of the paper for the names.
     """
 
-    def __init__(self, order: float, name: str, sharpness: float = 300.0) -> None:
+    def __init__(self, order: float, sharpness: float = 300.0) -> None:
         """`order` is q ≤ 0; `sharpness` is −q of the stand-in for q = −∞."""
         if not order <= 0.0:
             raise ValueError(f"the order of a matrix mean must be <= 0, found {order}")
-        self.name, self.order, self.sharpness = name, order, sharpness
+        self.order, self.sharpness = order, sharpness
 
     def value(self, information: Array) -> Array:
         return self._mean(np.maximum(np.linalg.eigvalsh(information), 0.0))
@@ -46,7 +46,7 @@ class MatrixMean(InformationFunction):
     @property
     def smooth(self) -> InformationFunction:
         if self.order == -np.inf:
-            return MatrixMean(-self.sharpness, self.name)
+            return MatrixMean(-self.sharpness)
         return self
 
     def _mean(self, values: Array) -> Array:

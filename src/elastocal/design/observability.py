@@ -18,8 +18,8 @@ class SingularValueRatio(Criterion):
     Source: paper Table 1, with the repairs described in docs/validation.md.
     """
 
-    def __init__(self, power: int, name: str) -> None:
-        self.name, self.power = name, power
+    def __init__(self, power: int) -> None:
+        self.power = power
 
     def value(self, information: Array) -> Array:
         values = np.maximum(np.linalg.eigvalsh(information), 0.0)

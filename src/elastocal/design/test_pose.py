@@ -20,9 +20,8 @@ class TestPosePrecision(InformationFunction):
 
     __test__ = False  # not a test, whatever pytest may think
 
-    def __init__(self, weight: Array, name: str = "test-pose") -> None:
+    def __init__(self, weight: Array) -> None:
         """`weight` is L, (p, p), non-negative definite."""
-        self.name = name
         self.weight = frozen(weight)
 
     def value(self, information: Array) -> Array:

@@ -18,16 +18,11 @@ class Worst(InformationFunction):
     φ_k: every such mixture bounds the minimum from above. Source: ours.
     """
 
-    def __init__(
-        self,
-        members: Sequence[InformationFunction],
-        name: str = "worst",
-        sharpness: float = 300.0,
-    ) -> None:
+    def __init__(self, members: Sequence[InformationFunction], sharpness: float = 300.0) -> None:
         """`members` are the φ_k, all in the same unit."""
         if not members:
             raise ValueError("the worst of no criteria is not defined")
-        self.name, self.members, self.sharpness = name, tuple(members), sharpness
+        self.members, self.sharpness = tuple(members), sharpness
 
     def value(self, information: Array) -> Array:
         return np.min([member.value(information) for member in self.members], axis=0)
@@ -40,7 +35,7 @@ class Worst(InformationFunction):
     def smooth(self) -> InformationFunction:
         if len(self.members) == 1:
             return self.members[0].smooth
-        return PowerMean(self.members, self.name, self.sharpness)
+        return PowerMean(self.members, self.sharpness)
 
     def _mixture(self, information: Array) -> tuple[Array, Array]:
         values = np.array([member.value(information) for member in self.members])
@@ -86,4 +81,4 @@ def floored(criterion: InformationFunction, scale: Array, share: float) -> Infor
     """
     loss = 1.0 / float(criterion.value(scale[None])[0])
     weight = np.diag(np.diagonal(scale)) * (share * loss / len(scale))
-    return PowerMean([criterion.smooth, TestPosePrecision(weight)], criterion.name, 1.0)
+    return PowerMean([criterion.smooth, TestPosePrecision(weight)], 1.0)

@@ -18,7 +18,7 @@ from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import Regressor
 from elastocal.matrices import rank_of, scaled_inverse
 from elastocal.robot.posture import Posture
-from elastocal.study.criteria import losses
+from elastocal.study.criteria import RHO0, losses
 from elastocal.study.study import Study
 
 
@@ -45,7 +45,7 @@ class Assessment:
         rho0: Root mean square position error after compensation at the test poses [m].
         rho0_each: Error at each test pose [m].
         standard_error: (p,) standard errors of the compliances [rad/(N·m)].
-        criteria: Every criterion's value; see `criteria.losses`.
+        criteria: Every criterion's value; see `study.criteria`.
         information: (p, p) information, prior included [(N·m/rad)²].
         nearest: Nearest constraint of every load case.
         violations: One sentence for every broken constraint.
@@ -87,7 +87,7 @@ def assess(study: Study, cases: LoadCases, repeats: IntArray) -> Assessment:
     nearest, violations = _margins(study, cases)
     criteria = losses(study, total)
     return Assessment(
-        rho0=criteria["test-pose"] if regular else float("inf"),
+        rho0=criteria[RHO0.name] if regular else float("inf"),
         rho0_each=each,
         standard_error=frozen(np.sqrt(np.diagonal(covariance))),
         criteria=criteria,

@@ -20,7 +20,7 @@ from elastocal.elastic.load_cases import LoadCases
 from elastocal.matrices import NEARLY_SINGULAR, rank_of
 from elastocal.planning.assessment import Assessment
 from elastocal.planning.plain_values import simplify
-from elastocal.study.criteria import criterion_of
+from elastocal.study.criteria import RHO0, criterion_of
 from elastocal.study.study import Study
 
 Progress = Callable[[str, float], None]
@@ -62,6 +62,12 @@ class Certificate:
     peak: LoadCases | None = None
     peak_ratio: float = float("nan")
     floored: bool = False
+
+    @property
+    def rho0_bound(self) -> float | None:
+        """No plan has a smaller ρ0 [m]; None if it does not speak of ρ0."""
+        speaks = self.criterion == RHO0.name and self.kind != "none"
+        return self.lower_bound if speaks else None
 
 
 @dataclass(frozen=True)

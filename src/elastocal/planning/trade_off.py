@@ -95,8 +95,8 @@ def trade_off(
             found = plan(with_count(study, m), seed=seed, effort=LIGHT, bound=bound)
         except IdentifiabilityError:
             continue
-        lowest = found.certificate.lower_bound if study.criterion == "test-pose" else np.nan
-        kept.append((m, found.assessment.rho0, lowest))
+        lowest = found.certificate.rho0_bound
+        kept.append((m, found.assessment.rho0, np.nan if lowest is None else lowest))
         many.append(found)
     few: list[tuple[int, float]] = []
     for i, s in enumerate(limits):

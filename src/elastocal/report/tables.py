@@ -5,7 +5,7 @@ In: plan and other assessments. Out: rows of text with the length of their bars.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,16 +14,16 @@ from elastocal.constraints import describe
 from elastocal.planning.assessment import TOLERANCE, Assessment
 from elastocal.planning.plan import Plan
 from elastocal.planning.visibility import visibility
-from elastocal.study.criteria import CRITERIA, POSITION_ERRORS
+from elastocal.study.criteria import CRITERIA
 from elastocal.wording.numbers import (
     compliance_unit,
     fixed,
     joint_unit,
     joint_value,
     length,
-    length_unit,
     number,
     percent,
+    shown_unit,
     vector,
     words,
 )
@@ -158,13 +158,13 @@ def criteria(plan: Plan, others: Mapping[str, Assessment]) -> Table:
     heads = ("Criterion", "This plan", *others, "Unit", "Better", "What it measures")
     rows = []
     for name, value in plan.assessment.criteria.items():
-        meaning = CRITERIA[name][1] if name in CRITERIA else ""
-        better = "larger" if name in ("O1", "O2", "O3", "O4") else "smaller"
+        criterion = CRITERIA[name]
+        better = "larger" if criterion.larger_is_better else "smaller"
         values = [value, *(other.criteria.get(name, np.nan) for other in others.values())]
-        factor, unit = _criterion_unit(plan, name, values)
+        factor, unit = shown_unit(criterion.unit(plan.study.springs), values)
         shown = tuple(number(factor * v) for v in values)
         state = "chosen" if name == plan.criterion else ""
-        rows.append(Row((name, *shown, unit, better, meaning), state=state))
+        rows.append(Row((name, *shown, unit, better, criterion.meaning), state=state))
     return Table(heads, tuple(rows))
 
 
@@ -180,19 +180,6 @@ def test_pose_errors(plan: Plan) -> Table:
         )
     )
     return Table(("Test pose", "Weight", "Position error"), rows)
-
-
-def _criterion_unit(plan: Plan, name: str, values: Sequence[float]) -> tuple[float, str]:
-    """Factor and unit for the values of a criterion as `criteria.losses` gives them."""
-    if name in POSITION_ERRORS:
-        return length_unit(values)
-    sliding = plan.study.springs.prismatic
-    if name in ("A", "D", "E"):
-        mixed = bool(sliding.any() and not sliding.all())
-        return (1e9, "10⁻⁹ SI, mixed") if mixed else compliance_unit(bool(sliding.all()))
-    if sliding.any():
-        return 1.0, "SI" if name != "O2" else ""
-    return 1.0, {"O2": "", "O5": "1/(N·m²)"}.get(name, "N·m²")
 
 
 def _short_joint(value: float, prismatic: bool) -> str:

@@ -107,9 +107,7 @@ def proof(certificate: Certificate) -> list[str]:
 
 def bound_of(plan: Plan) -> float | None:
     """Lower bound on ρ0 [m] if the certificate speaks of ρ0."""
-    certificate = plan.certificate
-    speaks = certificate.criterion == "test-pose" and certificate.kind != "none"
-    return certificate.lower_bound if speaks and certificate.lower_bound > 0.0 else None
+    return plan.certificate.rho0_bound or None
 
 
 def _tiles(plan: Plan, random: Array | None) -> list[Tile]:

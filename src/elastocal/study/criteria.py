@@ -1,11 +1,13 @@
-"""The criteria by name, and their values as a user reads them.
+"""The criteria by name: what each maximises, and what it is worth to a user.
 
-`CRITERIA` maps a name to what it maximises; `losses` says what a plan is worth under all of them.
+`CRITERIA` is the only place that knows a name: files, screen, report and evaluation ask the entry
+for its loss, unit and direction.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,8 +17,66 @@ from elastocal.design.matrix_means import MatrixMean
 from elastocal.design.observability import SingularValueRatio
 from elastocal.design.test_pose import TestPosePrecision
 from elastocal.design.worst import Worst
+from elastocal.elastic.springs import VirtualJoints
 from elastocal.errors import InputError
 from elastocal.study.study import Study
+
+
+def root_inverse(study: Study, information: Array, function: Criterion) -> float:
+    """1/√φ of a (p, p) information matrix: the loss of an information function."""
+    value = float(function.value(information[None])[0])
+    return float(1.0 / np.sqrt(value)) if value > 0.0 else np.inf
+
+
+def metres(springs: VirtualJoints) -> str:
+    """Unit of a position error."""
+    return "m"
+
+
+def compliances(springs: VirtualJoints) -> str:
+    """Unit of a standard error of a compliance."""
+    sliding = springs.prismatic
+    if sliding.any() and not sliding.all():
+        return "SI, mixed"
+    return "m/N" if sliding.all() else "rad/(N·m)"
+
+
+@dataclass(frozen=True)
+class PlanCriterion:
+    """All that is true of a criterion.
+
+    Attributes:
+        name: By which studies and the command line ask for it.
+        function: Makes of a study what a search maximises.
+        meaning: What it measures, in a few words.
+        unit: SI unit of its loss, of the springs of a study; empty if it has none.
+        measured: Its loss [unit] of a study, a (p, p) information matrix and its function.
+        larger_is_better: Whether plans with a larger loss are better.
+        symbol: What sentences call the loss; the name if not given.
+        key: What the keys of files call the loss; the name if not given.
+    """
+
+    name: str
+    function: Callable[[Study], Criterion]
+    meaning: str
+    unit: Callable[[VirtualJoints], str]
+    measured: Callable[[Study, Array, Criterion], float] = root_inverse
+    larger_is_better: bool = False
+    symbol: str = ""
+    key: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "symbol", self.symbol or self.name)
+        object.__setattr__(self, "key", self.key or self.name)
+
+    @property
+    def is_position_error(self) -> bool:
+        """Whether the loss is a position error [m]."""
+        return self.unit is metres
+
+    def loss(self, study: Study, information: Array) -> float:
+        """Its value of a (p, p) information matrix [unit]."""
+        return self.measured(study, information, self.function(study))
 
 
 def mean_test_pose(study: Study) -> TestPosePrecision:
@@ -36,26 +96,95 @@ def _worst_test_pose(study: Study) -> Criterion:
 def _worst_coordinate(study: Study) -> Criterion:
     rows = np.concatenate([pose.regressor for pose in study.test_poses])
     rows = rows[np.abs(rows).sum(axis=1) > 0.0]
-    return Worst([TestPosePrecision(np.outer(row, row)) for row in rows], "G")
+    return Worst([TestPosePrecision(np.outer(row, row)) for row in rows])
 
 
-CRITERIA: dict[str, tuple[Callable[[Study], Criterion], str]] = {
-    "test-pose": (mean_test_pose, "mean position error after compensation at the test poses"),
-    "worst": (_worst_test_pose, "largest position error over the test poses"),
-    "G": (_worst_coordinate, "largest error of one coordinate over the test poses"),
-    "A": (lambda s: MatrixMean(-1.0, "A"), "root mean square standard error of the compliances"),
-    "D": (lambda s: MatrixMean(0.0, "D"), "volume of the confidence ellipsoid"),
-    "E": (lambda s: MatrixMean(-np.inf, "E"), "longest axis of the confidence ellipsoid"),
-    "O1": (lambda s: MatrixMean(0.0, "O1"), "geometric mean of the singular values (as D)"),
-    "O2": (lambda s: SingularValueRatio(1, "O2"), "inverse condition number; no certificate"),
-    "O3": (lambda s: MatrixMean(-np.inf, "O3"), "smallest singular value (as E)"),
-    "O4": (lambda s: SingularValueRatio(2, "O4"), "noise amplification; no certificate"),
-    "O5": (lambda s: MatrixMean(-0.5, "O5"), "inverse sum of singular values"),
+def _mean(name: str, order: float, meaning: str) -> PlanCriterion:
+    return PlanCriterion(name, lambda _: MatrixMean(order), meaning, compliances)
+
+
+def _observability(
+    name: str,
+    function: Criterion,
+    index: Callable[[Array], float],
+    meaning: str,
+    unit: str = "N·m²",
+    larger_is_better: bool = True,
+) -> PlanCriterion:
+    """An index of the singular values of the stacked regressor, as Table 1 of the paper."""
+
+    def unit_of(springs: VirtualJoints) -> str:
+        return "SI" if unit and springs.prismatic.any() else unit
+
+    def measured(study: Study, information: Array, _: Criterion) -> float:
+        eigenvalues = np.linalg.eigvalsh(information)
+        return index(study.sigma * np.sqrt(np.maximum(eigenvalues, 0.0)))
+
+    return PlanCriterion(name, lambda _: function, meaning, unit_of, measured, larger_is_better)
+
+
+def _o1(singular: Array) -> float:
+    return float(np.exp(np.log(np.maximum(singular, 1e-300)).mean()))
+
+
+def _o2(singular: Array) -> float:
+    return float(singular[0] / singular[-1]) if singular[-1] else 0.0
+
+
+def _o3(singular: Array) -> float:
+    return float(singular[0])
+
+
+def _o4(singular: Array) -> float:
+    return float(singular[0] ** 2 / singular[-1]) if singular[-1] else 0.0
+
+
+def _o5(singular: Array) -> float:
+    return float((1.0 / singular).sum()) if singular[0] > 0.0 else np.inf
+
+
+RHO0 = PlanCriterion(
+    "test-pose",
+    mean_test_pose,
+    "mean position error after compensation at the test poses",
+    metres,
+    symbol="ρ0",
+    key="rho0",
+)
+"""The criterion whose loss is ρ0, the figure of merit of every plan."""
+
+CRITERIA: dict[str, PlanCriterion] = {
+    criterion.name: criterion
+    for criterion in (
+        RHO0,
+        PlanCriterion(
+            "worst",
+            _worst_test_pose,
+            "largest position error over the test poses",
+            metres,
+            symbol="worst ρ0",
+        ),
+        PlanCriterion(
+            "G",
+            _worst_coordinate,
+            "largest error of one coordinate over the test poses",
+            metres,
+            symbol="worst coordinate",
+        ),
+        _mean("A", -1.0, "root mean square standard error of the compliances"),
+        _mean("D", 0.0, "volume of the confidence ellipsoid"),
+        _mean("E", -np.inf, "longest axis of the confidence ellipsoid"),
+        _observability("O1", MatrixMean(0.0), _o1, "geometric mean of the singular values (as D)"),
+        _observability(
+            "O2", SingularValueRatio(1), _o2, "inverse condition number; no certificate", unit=""
+        ),
+        _observability("O3", MatrixMean(-np.inf), _o3, "smallest singular value (as E)"),
+        _observability("O4", SingularValueRatio(2), _o4, "noise amplification; no certificate"),
+        _observability(
+            "O5", MatrixMean(-0.5), _o5, "inverse sum of singular values", "1/(N·m²)", False
+        ),
+    )
 }
-
-
-POSITION_ERRORS = ("test-pose", "worst", "G")
-"""The criteria whose loss is a position error [m]."""
 
 
 def criterion_of(study: Study) -> Criterion:
@@ -66,34 +195,9 @@ def criterion_of(study: Study) -> Criterion:
     """
     if study.criterion not in CRITERIA:
         raise InputError(f"no criterion {study.criterion!r}; there are {', '.join(CRITERIA)}")
-    return CRITERIA[study.criterion][0](study)
+    return CRITERIA[study.criterion].function(study)
 
 
 def losses(study: Study, information: Array) -> dict[str, float]:
-    """Every criterion's value of a (p, p) information matrix, in physical units.
-
-    test-pose, worst, G: position error [m], smaller is better. A, D, E: standard error of a
-    compliance [rad/(N·m)]: root mean square, geometric mean of the axes, longest axis; smaller
-    is better. O1 to O5: of the singular values of the stacked regressor [N·m²], as Table 1 of
-    the paper; O5 smaller, the others larger is better.
-    """
-    matrix = information[None]
-
-    def phi(name: str) -> float:
-        return float(CRITERIA[name][0](study).value(matrix)[0])
-
-    result = {name: _root_inverse(phi(name)) for name in POSITION_ERRORS}
-    result |= {name: _root_inverse(phi(name)) for name in ("A", "D", "E")}
-    p = len(information)
-    singular = study.sigma * np.sqrt(np.maximum(np.linalg.eigvalsh(information), 0.0))
-    smallest, largest = float(singular[0]), float(singular[-1])
-    result["O1"] = float(np.exp(np.log(np.maximum(singular, 1e-300)).mean()))
-    result["O2"] = smallest / largest if largest else 0.0
-    result["O3"] = smallest
-    result["O4"] = smallest**2 / largest if largest else 0.0
-    result["O5"] = float((1.0 / singular).sum()) if smallest > 0.0 and p else np.inf
-    return result
-
-
-def _root_inverse(value: float) -> float:
-    return float(1.0 / np.sqrt(value)) if value > 0.0 else np.inf
+    """Every criterion's value of a (p, p) information matrix, in SI units; see its entry."""
+    return {name: criterion.loss(study, information) for name, criterion in CRITERIA.items()}

@@ -16,7 +16,7 @@ from elastocal.planning.evaluation import Evaluation
 from elastocal.planning.plan import Plan
 from elastocal.planning.visibility import Visibility, visibility
 from elastocal.robot.chain import Robot
-from elastocal.study.criteria import POSITION_ERRORS
+from elastocal.study.criteria import CRITERIA
 from elastocal.study.study import Study
 from elastocal.terminal.console import micrometres, numbers, out, whole
 
@@ -116,10 +116,10 @@ def certificate_sentence(certificate: Certificate, count: int) -> str:
         )
     share = 100.0 * (1.0 - np.sqrt(min(max(c.efficiency, 0.0), 1.0)))
     room = f"efficiency {c.efficiency:.4f}, at most {share:.2g} % to gain in the error"
-    what = {"test-pose": "ρ0", "worst": "worst ρ0", "G": "worst coordinate"}.get(c.criterion)
-    if what:
-        sentence = f"No plan of {count} experiments has {what} below {micrometres(c.lower_bound)}: "
-        sentence += room
+    criterion = CRITERIA[c.criterion]
+    if criterion.is_position_error:
+        bound = f"{criterion.symbol} below {micrometres(c.lower_bound)}"
+        sentence = f"No plan of {count} experiments has {bound}: {room}"
     else:
         sentence = f"Against every plan of {count} experiments, by {c.criterion}: {room}"
     sentence += (
@@ -175,7 +175,7 @@ def show_evaluations(
     for name, (count, configurations, result) in results.items():
         proof = result.certificate
         known = proof.kind != "none"
-        length = known and proof.criterion in POSITION_ERRORS
+        length = known and CRITERIA[proof.criterion].is_position_error
         bound = micrometres(proof.lower_bound) if length else "–"
         verdict = Text("holds", "green") if result.accepted else Text("refused", "bold red")
         table.add_row(

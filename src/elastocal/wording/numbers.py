@@ -14,6 +14,7 @@ from elastocal.arrays import Array
 
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _UNIT = re.compile(r"(?<=\d) (µm|mm|%|°|N\b)")
+_COMPLIANCES = ("rad/(N·m)", "m/N", "SI, mixed")
 _AXES = ("x", "y", "z")
 
 
@@ -54,6 +55,13 @@ def length_unit(values: Iterable[float]) -> tuple[float, str]:
     """Factor from metres, and unit, that suit the typical one of `values` [m]."""
     finite = [value for value in values if np.isfinite(value) and value > 0.0]
     return (1e6, "µm") if not finite or np.median(finite) < 1e-3 else (1e3, "mm")
+
+
+def shown_unit(unit: str, values: Iterable[float]) -> tuple[float, str]:
+    """Factor from SI, and unit, in which people read `values` [unit]."""
+    if unit == "m":
+        return length_unit(values)
+    return (1e9, f"10⁻⁹ {unit}") if unit in _COMPLIANCES else (1.0, unit)
 
 
 def length(value: float, digits: int = 3) -> str:

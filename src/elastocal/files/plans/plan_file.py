@@ -29,7 +29,7 @@ from elastocal.planning.certificate import (
 )
 from elastocal.planning.plan import Plan
 from elastocal.robot.chain import Robot
-from elastocal.study.criteria import POSITION_ERRORS
+from elastocal.study.criteria import CRITERIA
 from elastocal.study.study import Study
 
 
@@ -148,9 +148,10 @@ def _origin(study: Study) -> dict[str, str]:
 
 
 def _criteria(values: dict[str, float]) -> dict[str, float]:
+    lengths = {name for name in values if CRITERIA[name].is_position_error}
     return {
-        f"{k}_mm" if k in POSITION_ERRORS else k: 1e3 * v if k in POSITION_ERRORS else v
-        for k, v in values.items()
+        f"{name}_mm" if name in lengths else name: 1e3 * value if name in lengths else value
+        for name, value in values.items()
     }
 
 
@@ -164,17 +165,13 @@ def _certificate(robot: Robot, certificate: Certificate) -> dict[str, Any]:
     assert certificate.peak is not None
     assert certificate.support is not None
     assert certificate.weights is not None
-    key = {
-        "test-pose": "rho0_lower_bound_mm",
-        "worst": "worst_lower_bound_mm",
-        "G": "G_lower_bound_mm",
-    }.get(certificate.criterion)
-    # The other criteria are compared by efficiency: their losses 1/√φ have units of their own.
-    bound = {key: 1e3 * certificate.lower_bound} if key else {}
+    criterion = CRITERIA[certificate.criterion]
+    bound = {f"{criterion.key}_lower_bound_mm": 1e3 * certificate.lower_bound}
     return {
         "kind": certificate.kind,
         "criterion": certificate.criterion,
-        **bound,
+        # The other criteria are compared by efficiency: their losses have units of their own.
+        **(bound if criterion.is_position_error else {}),
         "efficiency": certificate.efficiency,
         "fresh_starts": certificate.fresh_starts,
         "attained": certificate.attained,
