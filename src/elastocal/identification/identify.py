@@ -61,7 +61,7 @@ def identify(
     linear = solve_linear(problem, LOSSES[how.loss])
     names, p = arm.springs.names, len(arm.springs)
     groups = confounded(linear.fit.information)
-    if groups and not linear.fit.held.any():
+    if groups:
         raise IdentifiabilityError(_left_open(names, groups, measurements))
     found = linear
     if how.model == "equilibrium":
