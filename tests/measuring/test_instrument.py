@@ -11,6 +11,7 @@ from elastocal.elastic.allowed_loads import FixedVector
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import Regressor, regressor
 from elastocal.elastic.springs import joint_springs
+from elastocal.errors import InputError
 from elastocal.measuring.instrument import PRESETS, Instrument, Isotropic, LaserTracker
 from elastocal.planning.assessment import assess, load_case_information
 from elastocal.planning.plain_values import simplify
@@ -160,3 +161,26 @@ def test_a_marker_at_the_tracker_is_no_trap() -> None:
     evaluation = study.space.evaluate(q)
     pulled = evaluation.pull(evaluation.blocks, evaluation.margins)
     assert np.isfinite(pulled).all()
+
+
+@pytest.mark.parametrize("wrong", [0.0, -1.0, np.nan, np.inf])
+def test_noise_must_be_a_positive_length(wrong: float) -> None:
+    with pytest.raises(InputError, match="sigma must be a positive length"):
+        Isotropic(wrong)
+    for name in ("along", "across"):
+        with pytest.raises(InputError, match="laser tracker"):
+            replace(TRACKER, **{name: wrong})
+    for name in ("along_per_metre", "across_per_metre"):
+        if wrong == 0.0:
+            assert replace(TRACKER, **{name: wrong}).sigma > 0.0
+            continue
+        with pytest.raises(InputError, match=f"{name} must not be negative"):
+            replace(TRACKER, **{name: wrong})
+
+
+def test_typical_noise_of_a_tracker_by_hand() -> None:
+    """At 2 m: 5 and 6 µm along and across, of two readings, over three axes."""
+    tracker = LaserTracker(np.zeros(3), 4e-6, 0.5e-6, 2e-6, 2e-6, typical_range=2.0)
+    assert tracker.sigma == pytest.approx(1e-6 * np.sqrt(2.0 * (25.0 + 2.0 * 36.0) / 3.0))
+    covariance = tracker.covariance(np.array([[0.0, 2.0, 0.0]]))[0]
+    np.testing.assert_allclose(covariance, 2e-12 * np.diag([36.0, 25.0, 36.0]))

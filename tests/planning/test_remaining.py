@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 import elastocal as ec
 from elastocal.cli import app
+from elastocal.constraints import Distinct
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InputError
 from elastocal.files.measurements.measurement_file import write_measurements
@@ -19,7 +20,7 @@ from elastocal.identification.identify import identify
 from elastocal.planning.assessment import assess
 from elastocal.planning.remaining import done, remaining
 from elastocal.study.study import Study
-from tests.campaigns import measured
+from tests.campaigns import hung, measured
 from tests.test_examples import ROOT
 
 LIGHT = ec.Effort(batch=32, generations=3, patience=1, islands=1)
@@ -86,6 +87,28 @@ def test_measured_configurations_are_not_asked_for_again(study: Study, campaign:
     apart = np.linalg.norm(difference * matter, axis=2)
     assert apart.min() >= np.radians(0.999)
     assert not rest.assessment.violations
+
+
+def test_where_a_campaign_has_been_there_is_no_room(study: Study) -> None:
+    """Without planning: the constraints of the rest, at a configuration that was measured."""
+    cases = hung(3, seed=3)
+    rest = remaining(study, done(study, measured(study.arm, cases)))
+    apart = [c for c in rest.constraints if isinstance(c, Distinct)]
+    assert len(apart) == 3
+    turns = np.zeros((5, 6))
+    turns[1, 0], turns[2, 2], turns[3, 2], turns[4, 5] = 40.0, 1.5, -0.4, 360.0 - 2.0
+    room = apart[1].margin(study.robot, cases.q[1] + np.radians(turns))
+    np.testing.assert_allclose(np.degrees(room), [-1.0, -1.0, 0.5, -0.6, 1.0], atol=1e-9)
+
+
+@pytest.mark.parametrize(("most", "before", "left"), [(3, 5, 3), (3, 10, 2), (None, 5, None)])
+def test_the_rest_has_as_many_configurations_as_allowed(
+    study: Study, most: int | None, before: int, left: int | None
+) -> None:
+    allowed = replace(study, experiments=replace(study.experiments, max_configurations=most))
+    rest = remaining(allowed, done(allowed, measured(study.arm, hung(before, seed=3))))
+    assert rest.experiments.count == 12 - before
+    assert rest.experiments.max_configurations == left
 
 
 def test_a_campaign_that_is_done_has_no_rest(study: Study, campaign: ec.Plan) -> None:

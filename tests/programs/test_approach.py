@@ -80,6 +80,16 @@ def test_a_constraint_in_the_way_is_named() -> None:
         approaches(robot, q, np.array([0.01]), limits_of(1), [lowest(10.0)])
 
 
+def test_more_axes_than_can_be_tried_are_refused_in_a_sentence() -> None:
+    """Thirteen axes at their lower limits must all come from above: more than 4096 ways."""
+    limits = limits_of(13)
+    with pytest.raises(InputError, match="configuration 1 cannot be approached within a joint"):
+        approaches(arm("R" * 13), limits[:1], np.full(13, 0.01), limits)
+    points, same = approaches(arm("R" * 12), limits[:1, :12], np.full(12, 0.01), limits[:, :12])
+    np.testing.assert_allclose(points, -0.99 * np.ones((1, 12)))
+    assert same
+
+
 @settings(max_examples=40, deadline=None)
 @given(
     seed=st.integers(0, 2**32 - 1),

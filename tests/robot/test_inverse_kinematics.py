@@ -127,3 +127,28 @@ def test_a_jump_of_the_poses_is_followed_too() -> None:
     found, last = follow(KUKA, TCP, poses(q), TEST_POSE)
     assert last.found
     np.testing.assert_allclose(found, q, atol=1e-8)
+
+
+@pytest.mark.parametrize("beyond", [-0.004, 0.01])
+def test_a_path_does_not_leave_the_limits_between_its_ends(beyond: float) -> None:
+    """A2 swings by less than the slack from inside its range to its limit, or over it, and back."""
+    q = np.tile(TEST_POSE, (17, 1))
+    q[:, 1] = KUKA.lower[1] + 0.005 - (0.005 + beyond) * np.sin(np.linspace(0.0, np.pi, 17))
+    found, last = follow(KUKA, TCP, poses(q), q[0])
+    assert ((found >= KUKA.lower) & (found <= KUKA.upper)).all()
+    if beyond < 0.0:
+        np.testing.assert_allclose(found, q, atol=1e-8)
+        return
+    assert not last.found
+    reached = len(found) - 1
+    assert reached == int(np.argmax(q[:, 1] < KUKA.lower[1]))
+    np.testing.assert_allclose(found[:reached], q[:reached], atol=1e-8)
+
+
+def test_a_path_that_bends_is_followed_point_by_point() -> None:
+    """Joint 5 swings there and back between the points that are searched first."""
+    q = np.tile(TEST_POSE, (17, 1))
+    q[:, 4] += 0.2 * np.sin(np.linspace(0.0, np.pi, 17))
+    found, last = follow(KUKA, TCP, poses(q), TEST_POSE)
+    assert last.found
+    np.testing.assert_allclose(found, q, atol=1e-8)

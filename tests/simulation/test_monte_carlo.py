@@ -25,6 +25,8 @@ from elastocal.simulation.monte_carlo import CHUNK, Campaigns, campaigns
 from elastocal.simulation.remaining_error import errors_left, judge
 from elastocal.simulation.virtual_campaign import LoadError, Outliers, simulate
 from elastocal.study.study import Study
+from tests.arms import random_chain
+from tests.campaigns import measured
 from tests.kr270 import kr270_study, kr270_truth, published_cases, published_plans
 
 STUDY = kr270_study()
@@ -120,6 +122,57 @@ def test_the_judge_is_the_position_after_compensation() -> None:
     after = np.linalg.norm(loaded(q, TRUTH.compliance) - target)
     assert left == pytest.approx(after, rel=0.01)
     assert np.linalg.norm(loaded(q0, TRUTH.compliance) - target) > 20 * after
+
+
+def test_a_pose_is_judged_by_its_load_case_where_it_has_one() -> None:
+    pose = STUDY.test_poses[0]
+    assert judge(STUDY, TRUTH, pose, linear=False).arm is not None
+    assert judge(STUDY, TRUTH, pose, linear=True).arm is None
+    for less in (replace(pose, case=None), replace(pose, tool=None)):
+        bare = judge(STUDY, TRUTH, less, linear=False)
+        assert bare.arm is None
+        estimate = TRUTH.compliance[None, 1:] * [[1.5, 1, 1, 1, 1], [1, 1, 1, 1, 3.0]]
+        off = (estimate - TRUTH.compliance[1:]) @ pose.regressor.T
+        np.testing.assert_allclose(errors_left(bare, estimate), np.linalg.norm(off, axis=1))
+
+
+def test_poses_of_unequal_weight() -> None:
+    """Weights 1 and 3 are a quarter and three quarters of every mean square."""
+    pose = STUDY.test_poses[0]
+    other = replace(pose, name="far", regressor=2.0 * pose.regressor, weight=3.0, case=None)
+    two = replace(STUDY, test_poses=(pose, other))
+    one = campaigns(two, TRUTH, {"a": PLANS["4 configurations"]}, 20, linear=True).plans[0]
+    np.testing.assert_allclose(one.weight, [0.25, 0.75])
+    np.testing.assert_allclose(one.error[:, 1], 2.0 * one.error[:, 0])
+    np.testing.assert_allclose(one.total, np.sqrt(0.25 + 0.75 * 4.0) * one.error[:, 0])
+    assert one.rms == pytest.approx(np.sqrt(3.25 * np.mean(one.error[:, 0] ** 2)))
+    assert one.rho0 == pytest.approx(np.sqrt(3.25) * one.rho0_each[0])
+
+
+def test_columns_of_very_different_size() -> None:
+    """Lengths in micrometres: compliances of turning springs a million times as large as others."""
+    robot = random_chain(np.random.default_rng(5), [False, True, False])
+    tool = ec.Tool("t", np.full(3, 0.2), np.array([[0.3, 0.1, 0.2], [0, 0.4, 0.1]]), ("a", "b"))
+    arm = ec.ElasticArm(robot, joint_springs(robot), tool)
+    rng = np.random.default_rng(6)
+    cases = ec.LoadCases(rng.uniform(-1, 1, (5, 3)), rng.normal(size=(5, 6)))
+    truth = np.array([1e-3, 1e-9, 2e-3])
+    for linear in (True, False):
+        made = [measured(arm, cases, truth, rng=rng, linear=linear, promised=1e-9, noise=1e-9)
+                for _ in range(3)]  # fmt: skip
+        readings = np.array([m.deflection.reshape(5, 2, 3) for m in made])
+        covariance = made[0].covariance.reshape(5, 2, 3, 3)
+        design = Design(
+            arm, np.arange(3), np.zeros(3), cases, np.arange(5), covariance, not linear
+        )
+        batch = fit_all(design, readings)
+        how = Fit(model="linear" if linear else "equilibrium")
+        single = [identify(arm, m, how) for m in made]
+        expected = np.array([one.compliance for one in single])
+        error = np.array([one.standard_error for one in single])
+        assert np.abs((batch.compliance - expected) / error).max() < 1e-6
+        if linear:
+            np.testing.assert_allclose(batch.compliance[:, ::2], expected[:, ::2], rtol=1e-12)
 
 
 def check_statistics(found: Campaigns) -> None:
@@ -256,8 +309,9 @@ def test_what_cannot_be_simulated_is_refused() -> None:
         campaigns(STUDY, TRUTH, plan, 1)
     with pytest.raises(InputError, match="workers must be at least 1"):
         campaigns(STUDY, TRUTH, plan, 10, workers=0)
-    with pytest.raises(InputError, match="plain least squares"):
-        campaigns(STUDY, TRUTH, plan, 10, how=Fit(loss="huber"))
+    for how in (Fit(loss="huber"), Fit(nonnegative=True)):
+        with pytest.raises(InputError, match="plain least squares, without bounds"):
+            campaigns(STUDY, TRUTH, plan, 10, how=how)
     everything = replace(STUDY, springs=joint_springs(STUDY.robot), test_poses=())
     with pytest.raises(IdentifiabilityError, match="A1"):
         campaigns(everything, TRUTH, plan, 10)

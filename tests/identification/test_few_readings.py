@@ -1,0 +1,127 @@
+"""Fits with one degree of freedom or none, unseen joints, and noise that is not as promised."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from elastocal.elastic.arm import ElasticArm
+from elastocal.elastic.compliance_model import ComplianceModel
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.elastic.regressor import regressor
+from elastocal.elastic.springs import joint_springs
+from elastocal.errors import IdentifiabilityError
+from elastocal.fitting.robust import EFFICIENCY, LOSSES, inflation, robust_scale
+from elastocal.identification.fit import Fit
+from elastocal.identification.identify import identify
+from elastocal.robot.sources import three_link
+from tests.campaigns import SIGMA, TRUTH, arm, hung, measured
+
+LINEAR = Fit(model="linear")
+ROBOT = three_link()
+THREE = ElasticArm(ROBOT, joint_springs(ROBOT), ROBOT.tools["tip"])
+SOFT = np.array([1e-6, 2e-6, 3e-6])
+
+
+def test_one_degree_of_freedom() -> None:
+    """Two readings, five unknowns: one left, so the scale is the root of χ² itself."""
+    data = measured(arm(), hung(2), rng=np.random.default_rng(2), noise=3 * SIGMA, linear=True)
+    found = identify(arm(), data, LINEAR)
+    bent = arm()
+    rows = regressor(bent.robot, bent.springs, bent.tool, data.cases).reshape(-1, 5)
+    rest = np.linalg.lstsq(rows * 1e-6, data.deflection.reshape(-1), rcond=None)[1][0]
+    assert found.dof == 1
+    assert found.chi_square == pytest.approx(rest / SIGMA**2, rel=1e-6)
+    assert found.scale == pytest.approx(np.sqrt(rest) / SIGMA, rel=1e-6)
+    estimated = identify(arm(), data, Fit("linear", "estimated"))
+    np.testing.assert_allclose(estimated.standard_error, found.scale * found.standard_error)
+    # Student's t of one degree of freedom is Cauchy's: its quantile is a tangent.
+    half = np.tan(np.pi * 0.475) * estimated.standard_error
+    np.testing.assert_allclose(np.diff(estimated.interval)[:, 0], 2.0 * half)
+
+
+@pytest.mark.parametrize("sigma", ["known", "estimated"])
+def test_a_robust_fit_with_one_degree_of_freedom(sigma: str) -> None:
+    """Its variance is the formula with one freedom, and never below that of a sound fit."""
+    data = measured(arm(), hung(2), rng=np.random.default_rng(2), noise=3 * SIGMA, linear=True)
+    found = identify(arm(), data, Fit("linear", sigma, "huber"))  # type: ignore[arg-type]
+    size = np.linalg.norm(found.residual, axis=1) / SIGMA
+    scale = np.sqrt(np.median(size**2) / 2.365974 / (1.0 / 6.0))
+    assert robust_scale(size, 1) == pytest.approx(scale)
+    assert found.scale == pytest.approx(scale)
+    used = 1.0 if sigma == "known" else scale
+    variance = inflation(LOSSES["huber"], size, used, 1)
+    expected = max(variance, 1.0 / EFFICIENCY) if sigma == "known" else variance
+    assert found.variance == pytest.approx(expected)
+    assert found.dof == 1
+
+
+def test_inflation_by_hand() -> None:
+    """Sizes 1 and 4 over a noise of 2, Huber at 1.62799: one weight 1, one 0.814."""
+    weight = 1.62799 / 2.0
+    spread = 2.0**2 * (0.5**2 + 1.62799**2) / 3.0
+    bend = 0.5 * (1.0 + weight - weight / 3.0)
+    found = inflation(LOSSES["huber"], np.array([1.0, 4.0]), 2.0, 3)
+    assert found == pytest.approx(spread / bend**2)
+
+
+def test_without_freedom_sigma_cannot_be_estimated() -> None:
+    names = ("A2", "A3", "A5")
+    data = measured(arm(names), hung(1), SOFT, linear=True)
+    known = identify(arm(names), data, LINEAR)
+    assert known.dof == 0
+    assert np.isnan(known.scale)
+    np.testing.assert_allclose(known.compliance, SOFT, rtol=1e-9)
+    with pytest.raises(IdentifiabilityError, match="1 readings leave no degree of freedom"):
+        identify(arm(names), data, Fit("linear", "estimated"))
+
+
+@pytest.mark.parametrize("nonnegative", [False, True])
+@pytest.mark.parametrize("first", [1e-6, -1e-6])
+def test_confounded_joints_are_named_with_bounds_too(first: float, nonnegative: bool) -> None:
+    """A straight arm, always the same: J2 and J3 turn the tip alike. J1 may be held."""
+    wrench = np.zeros((4, 6))
+    wrench[:, :3] = [[30, 20, -100], [30, -30, -100], [30, 40, -100], [30, 10, -100]]
+    cases = LoadCases(np.tile([0.3, 0.4, 0.0], (4, 1)), wrench)
+    data = measured(THREE, cases, np.array([first, 1e-6, 2e-6]), linear=True)
+    with pytest.raises(IdentifiabilityError, match="J2 and J3: the readings see only a comb"):
+        identify(THREE, data, replace(LINEAR, nonnegative=nonnegative))
+    hanging = LoadCases(np.random.default_rng(0).uniform(-1, 1, (6, 3)), np.tile(wrench[0], (6, 1)))
+    hanging = LoadCases(hanging.q, hanging.wrench * [0, 0, 1, 0, 0, 0])
+    data = measured(THREE, hanging, SOFT, linear=True)
+    with pytest.raises(IdentifiabilityError, match="J1: no reading is moved by this joint"):
+        identify(THREE, data, replace(LINEAR, nonnegative=nonnegative))
+
+
+def test_three_joints_seen_in_a_plane_are_two_combinations() -> None:
+    """A4 at zero: A2, A3 and A5 move the tool in one plane, so two numbers for three."""
+    names = ("A2", "A3", "A5")
+    q = np.tile(np.radians([20.0, -60.0, 80.0, 0.0, 40.0, 0.0]), (4, 1))
+    cases = LoadCases(q, np.tile([0.0, 0.0, -2500.0, 0, 0, 0], (4, 1)))
+    with pytest.raises(IdentifiabilityError, match="A2 and A3 and A5: .* only 2 combinations"):
+        identify(arm(names), measured(arm(names), cases, SOFT, linear=True), LINEAR)
+
+
+def test_a_reading_is_far_out_by_the_noise_that_holds() -> None:
+    """Noise of 3 promised ones; a reading off by 12 is 4 found ones: far by σ, not by the fit."""
+    data = measured(arm(), hung(24), rng=np.random.default_rng(4), noise=3 * SIGMA, linear=True)
+    exact = measured(arm(), hung(24), linear=True).deflection
+    spoilt = np.array(data.deflection)
+    spoilt[10] = exact[10] + [0.0, 12 * SIGMA, 0.0]
+    data = replace(data, deflection=spoilt)
+    known, estimated = (identify(arm(), data, Fit("linear", s)) for s in ("known", "estimated"))  # type: ignore[arg-type]
+    assert estimated.scale == pytest.approx(3.0, rel=0.2)
+    assert any("E11" in remark for remark in known.remarks)
+    assert not any("E11" in remark for remark in estimated.remarks)
+    spoilt[10, 1] += 12 * SIGMA
+    worse = identify(arm(), replace(data, deflection=spoilt), Fit("linear", "estimated"))
+    assert any("E11" in remark for remark in worse.remarks)
+
+
+def test_a_common_prior_counts_as_readings() -> None:
+    """A prior of all five springs leaves five more degrees of freedom."""
+    prior = ComplianceModel(arm().springs, TRUTH, np.diag((0.1 * TRUTH) ** 2))
+    data = measured(arm(), hung(2), linear=True)
+    assert identify(arm(), data, LINEAR, prior=prior).dof == 6

@@ -1,0 +1,82 @@
+"""Claims of a plan: which are held against it, and how exactly."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.planning.certificate import Bound, lower_bound
+from elastocal.planning.evaluation import Evaluation, evaluate
+from elastocal.study.criteria import criterion_of
+from elastocal.study.study import Study
+from tests.paper.problems import three_link_study
+
+REPEATS = np.array([2, 1, 3])
+
+
+def study(criterion: str = "test-pose") -> Study:
+    return replace(three_link_study(6), criterion=criterion)
+
+
+@cache
+def bound(criterion: str) -> Bound:
+    return lower_bound(study(criterion), np.random.default_rng(0))
+
+
+def judged(criterion: str = "test-pose", **claims: Any) -> Evaluation:
+    q = np.array([[0.0, 0.4, 0.9], [0.3, -0.6, 1.2], [1.0, 0.2, -1.4]])
+    force = np.array([[1.0, 0, 0, 0, 0, 0], [0, 1, 0, 0, 0, 0], [0, 0, 1, 0, 0, 0.0]])
+    return evaluate(study(criterion), LoadCases(q, force), REPEATS, claims, bound(criterion))
+
+
+def test_a_sound_plan_with_true_claims_is_accepted() -> None:
+    worth, proof = judged().assessment, judged().certificate
+    errors = dict(zip(study().springs.names, worth.standard_error, strict=True))
+    found = judged(
+        rho0=worth.rho0, lower_bound=proof.lower_bound, efficiency=proof.efficiency,
+        standard_error=errors, experiments=6,
+    )  # fmt: skip
+    assert found.objections == ()
+    assert found.accepted
+    assert proof.lower_bound < worth.rho0
+    assert proof.efficiency == pytest.approx((proof.lower_bound / worth.rho0) ** 2, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("claim", "share", "count"),
+    [("rho0", 1.00009, 0), ("rho0", 1.00011, 1), ("rho0", 0.99989, 1),
+     ("lower_bound", 1.0009, 0), ("lower_bound", 1.0011, 1), ("lower_bound", 0.5, 0),
+     ("efficiency", 1.0019, 0), ("efficiency", 1.0021, 1), ("efficiency", 0.5, 0)],
+)  # fmt: skip
+def test_claims_may_be_off_by_so_much(claim: str, share: float, count: int) -> None:
+    plain = judged()
+    source = plain.assessment if claim == "rho0" else plain.certificate
+    assert len(judged(**{claim: share * getattr(source, claim)}).objections) == count
+
+
+def test_other_false_claims() -> None:
+    error = judged().assessment.standard_error
+    assert len(judged(experiments=7).objections) == 1
+    assert len(judged(standard_error={"J2": 1.001 * error[1]}).objections) == 1
+    assert len(judged(standard_error={"J2": error[1], "J9": 1.0}).objections) == 1
+
+
+@pytest.mark.parametrize("criterion", ["D", "O2"])
+def test_a_bound_in_metres_is_not_held_against_another_criterion(criterion: str) -> None:
+    """ρ0 of a plan for D, or for a criterion without a bound, is no claim about its bound."""
+    assert (judged(criterion).certificate.kind == "none") == (criterion == "O2")
+    assert judged(criterion, lower_bound=1e9).objections == ()
+    assert len(judged(criterion, efficiency=1.5).objections) == int(criterion == "D")
+
+
+def test_without_a_bound_nothing_is_promised() -> None:
+    criterion = criterion_of(study("O4"))
+    assert Bound(criterion, criterion, None).loss(12) == 0.0
+    two, four = bound("test-pose").loss(2), bound("test-pose").loss(8)
+    assert two == pytest.approx(2.0 * four)
+    assert not bound("test-pose").floored
