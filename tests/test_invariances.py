@@ -26,7 +26,7 @@ from tests.arms import random_chain, random_rotation, random_tool
 from tests.paper.problems import any_direction, cone, kr270
 from tests.paper.published import A0, A0_PLUS
 
-reproducible = settings(max_examples=25, deadline=None, derandomize=True)
+reproducible = settings(max_examples=25)
 seeds = st.integers(0, 2**32 - 1)
 ROUNDING = 1e-9  # information of condition 1e4 or so, inverted
 LIGHT = Effort(batch=24, generations=3, patience=1)

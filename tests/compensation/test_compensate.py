@@ -198,7 +198,7 @@ def test_what_remains_is_within_the_predicted_rho0(linear: bool) -> None:
 # Closed form, independent solvers, random arms ---------------------------------------------------
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.integers(0, 10**6), st.sampled_from([3, 6, 7]))
 def test_joint_springs_have_a_closed_form(seed: int, count: int) -> None:
     """q0 - k ∘ y(q0, w): the effort by Pinocchio's Jacobian at the configuration that is wanted."""
@@ -220,7 +220,7 @@ def test_joint_springs_have_a_closed_form(seed: int, count: int) -> None:
         np.testing.assert_allclose(pose, done.target[i], atol=1e-11)
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(st.integers(0, 10**6), st.integers(0, 6))
 def test_springs_in_links_are_compensated_too(seed: int, body: int) -> None:
     rng = np.random.default_rng(seed)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from elastocal.design.rounding import apportion
 
-reproducible = settings(max_examples=200, deadline=None, derandomize=True)
+reproducible = settings(max_examples=200)
 weights = st.lists(st.floats(1e-3, 1.0), min_size=1, max_size=8).map(
     lambda values: np.array(values) / np.sum(values)
 )

@@ -29,7 +29,7 @@ from elastocal.robot.shapes import BodyMass
 from tests.arms import chain_with_springs, random_chain, random_tool
 
 chains = st.tuples(st.integers(0, 2**32 - 1), st.lists(st.booleans(), min_size=1, max_size=6))
-reproducible = settings(max_examples=30, deadline=None, derandomize=True)
+reproducible = settings(max_examples=30)
 GENTLE = 0.02  # compliance times load: displacements of some hundredths of a radian
 
 
@@ -100,7 +100,7 @@ def _outside(springs: VirtualJoints) -> VirtualJoints:
     )
 
 
-@settings(max_examples=12, deadline=None, derandomize=True)
+@settings(max_examples=12)
 @given(st.tuples(st.integers(0, 2**32 - 1), st.lists(st.booleans(), min_size=1, max_size=4)))
 def test_the_energy_is_smallest_at_the_equilibrium(chain: tuple[int, list[bool]]) -> None:
     """Any springs and weights, a force: a general minimiser finds the same place."""

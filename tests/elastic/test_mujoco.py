@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,6 +25,12 @@ ABSOLUTE, RELATIVE = 1e-11, 1e-9  # m, of the deflection
 GRAVITY = np.array([0.0, 0.0, -9.81])
 STUDY = kr270_study()
 TRUTH = kr270_truth(STUDY)
+
+
+@pytest.fixture(autouse=True)
+def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """MuJoCo writes its log into the folder it is run in."""
+    monkeypatch.chdir(tmp_path)
 
 
 def seven_joints() -> Robot:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from elastocal.arrays import Array
@@ -56,7 +56,6 @@ def test_chunks_change_nothing() -> None:
     np.testing.assert_allclose(found.information, rows.T @ rows, rtol=1e-10, atol=1e-4)
 
 
-@settings(deadline=None)
 @given(st.integers(0, 10_000))
 def test_bounds_hold_and_are_optimal(seed: int) -> None:
     """The conditions of Karush, Kuhn and Tucker, checked from the problem alone."""

@@ -100,7 +100,7 @@ def test_three_joints_seen_in_a_plane_are_two_combinations() -> None:
     names = ("A2", "A3", "A5")
     q = np.tile(np.radians([20.0, -60.0, 80.0, 0.0, 40.0, 0.0]), (4, 1))
     cases = LoadCases(q, np.tile([0.0, 0.0, -2500.0, 0, 0, 0], (4, 1)))
-    with pytest.raises(IdentifiabilityError, match="A2 and A3 and A5: .* only 2 combinations"):
+    with pytest.raises(IdentifiabilityError, match=r"A2 and A3 and A5: .* only 2 combinations"):
         identify(arm(names), measured(arm(names), cases, SOFT, linear=True), LINEAR)
 
 

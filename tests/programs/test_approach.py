@@ -90,7 +90,7 @@ def test_more_axes_than_can_be_tried_are_refused_in_a_sentence() -> None:
     assert same
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     seed=st.integers(0, 2**32 - 1),
     count=st.integers(1, 5),

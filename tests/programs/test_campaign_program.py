@@ -45,7 +45,7 @@ def test_repeats_are_whole_cycles_with_their_own_approach() -> None:
     assert program.experiments == 5
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(repeats=st.lists(st.integers(1, 5), min_size=2, max_size=2), home=st.booleans())
 def test_the_robot_never_moves_with_the_load_on(repeats: list[int], home: bool) -> None:
     loaded = False

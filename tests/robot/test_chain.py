@@ -17,7 +17,7 @@ from tests.arms import Oracle, random_chain, random_transform
 ROUNDING = 1e-12  # a chain of ten joints with links of a metre multiplies 1e-16 by less than 100
 
 chains = st.tuples(st.integers(0, 2**32 - 1), st.lists(st.booleans(), min_size=1, max_size=9))
-reproducible = settings(max_examples=40, deadline=None, derandomize=True)
+reproducible = settings(max_examples=40)
 
 
 @reproducible

@@ -19,7 +19,7 @@ TCP = KUKA.tools["milling"].tcp
 TEST_POSE = np.radians([0.0, -56.9, 89.3, 45.1, 76.0, 57.2])
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.integers(0, 10**6))
 def test_regular_steps_are_those_of_least_squares(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -42,7 +42,7 @@ def test_a_lost_direction_is_named_and_gets_no_step() -> None:
     np.testing.assert_allclose(steps.step[0], [1.0, 0.5, 0.0], atol=1e-15)
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(st.integers(0, 10**6), st.sampled_from([3, 6, 7]))
 def test_nearby_poses_are_reached(seed: int, count: int) -> None:
     rng = np.random.default_rng(seed)

@@ -162,9 +162,7 @@ def test_columns_of_very_different_size() -> None:
                 for _ in range(3)]  # fmt: skip
         readings = np.array([m.deflection.reshape(5, 2, 3) for m in made])
         covariance = made[0].covariance.reshape(5, 2, 3, 3)
-        design = Design(
-            arm, np.arange(3), np.zeros(3), cases, np.arange(5), covariance, not linear
-        )
+        design = Design(arm, np.arange(3), np.zeros(3), cases, np.arange(5), covariance, not linear)
         batch = fit_all(design, readings)
         how = Fit(model="linear" if linear else "equilibrium")
         single = [identify(arm, m, how) for m in made]

@@ -46,9 +46,7 @@ NAMES = st.text(
     seed=st.integers(0, 2**32 - 1),
     own=st.sampled_from([0, 1, 3, 6]),
 )
-@settings(
-    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_any_campaign_comes_back(tmp_path: Path, names: list[str], seed: int, own: int) -> None:
     """Whatever the experiments are called: commas, quotes, # and all."""
     made = replace(

@@ -24,7 +24,6 @@ from tests.files.measurements.test_mapping import LOADED, THREE
 
 QUIET = settings(
     max_examples=300,
-    deadline=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
 STUDY = study()
@@ -170,9 +169,7 @@ def test_monsters(data: bytes, tmp_path: Path) -> None:
     lengths=st.sampled_from(["mm", "m", "um", "µm", "in"]),
     forces=st.sampled_from(["N", "kN", "daN", "kgf", "lbf"]),
 )
-@settings(
-    max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(max_examples=80, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_order_units_and_encoding_make_no_difference(
     order: list[int],
     delimiter: str,
@@ -263,7 +260,7 @@ class TestFast:
             st.floats(-1e8, 1e8, allow_nan=False, allow_infinity=False), min_size=1, max_size=20
         )
     )
-    @settings(max_examples=100, deadline=None)
+    @settings(max_examples=100)
     def test_every_number_to_the_last_bit(self, values: list[float]) -> None:
         row = ROWS.splitlines()[0].rsplit(",", 4)[0]
         text = HEAD + "".join(f"{row},{v!r},{v:.6f},{v:.3e},1\n" for v in values)

@@ -59,7 +59,7 @@ def test_an_identified_model_comes_back(tmp_path: Path) -> None:
     }
 
 
-@settings(max_examples=30, deadline=None, derandomize=True)
+@settings(max_examples=30)
 @given(st.integers(0, 2**32 - 1), st.lists(st.booleans(), min_size=1, max_size=5))
 def test_springs_anywhere_come_back(seed: int, slides: list[bool]) -> None:
     """Axes and origins go through the frames of the file and back."""
@@ -198,7 +198,7 @@ def test_a_missing_file_and_a_foreign_encoding(tmp_path: Path) -> None:
         read_model(path, KR270)
 
 
-@settings(max_examples=200, deadline=None, derandomize=True)
+@settings(max_examples=200)
 @given(st.text(max_size=80) | st.sampled_from(sorted(BAD)).flatmap(st.permutations).map("".join))
 def test_any_text_gives_a_model_or_a_clean_error(
     tmp_path_factory: pytest.TempPathFactory, text: str

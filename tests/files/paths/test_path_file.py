@@ -235,9 +235,7 @@ def test_a_file_that_is_not_there(tmp_path: Path) -> None:
         read_path(tmp_path / "none.csv", KUKA, MILLING, START)
 
 
-@settings(
-    deadline=None, max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     st.one_of(
         st.binary(max_size=200),

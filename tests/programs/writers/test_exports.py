@@ -208,7 +208,7 @@ def programs(draw: st.DrawFn) -> RobotProgram:
     )
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.too_slow])
 @given(program=programs(), controller=st.sampled_from(sorted(set(WRITERS) - {"urscript"})))
 def test_any_campaign_of_any_robot(program: RobotProgram, controller: str) -> None:
     leading = int(np.flatnonzero(~program.robot.prismatic)[0])
@@ -220,7 +220,7 @@ def test_any_campaign_of_any_robot(program: RobotProgram, controller: str) -> No
             export(program, controller)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(
     turns=st.lists(st.floats(-6.2, 6.2), min_size=12, max_size=12),
     controller=st.sampled_from(sorted(WRITERS)),
@@ -240,7 +240,7 @@ def test_any_path(turns: list[float], controller: str, name: str) -> None:
     np.testing.assert_allclose(np.array(moves) / scale, program.targets, atol=np.radians(1e-4))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     limit=st.floats(0.5, 3.1),
     controller=st.sampled_from(sorted(WRITERS)),

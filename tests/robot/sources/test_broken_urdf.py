@@ -303,7 +303,7 @@ TOKENS = st.sampled_from(
 )
 
 
-@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=300, suppress_health_check=[HealthCheck.too_slow])
 @given(st.integers(0, len(GOOD)), st.integers(0, 40), st.lists(TOKENS, max_size=4))
 def test_a_spoilt_file_gives_a_robot_or_a_sentence(
     start: int, length: int, words: list[str]
