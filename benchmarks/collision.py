@@ -22,6 +22,7 @@ import numpy as np
 from elastocal.constraints import HalfSpace
 from elastocal.constraints.cell import CollisionRules, clearances
 from elastocal.elastic.allowed_loads import FixedVector
+from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.springs import joint_springs
 from elastocal.files.study.study_file import read_study
@@ -86,7 +87,9 @@ def ur5() -> Study:
     home = np.radians([0.0, -90.0, 90.0, -90.0, -90.0, 0.0])
     wrench = np.array([[0.0, 0.0, -50.0, 0.0, 0.0, 0.0]])
     task = np.radians([20.0, -75.0, 100.0, -115.0, -90.0, 10.0])
-    pose = test_pose(robot, springs, bracket, LoadCases(task[None], wrench), 1.0, "task")
+    pose = test_pose(
+        ElasticArm(robot, springs, bracket), LoadCases(task[None], wrench), 1.0, "task"
+    )
     experiments = Experiments(bracket, FixedVector(wrench[0, :3]), 12, 6)
     low = HalfSpace("height of M1 >= 100 mm", bracket.load_point, [0.0, 0.0, 1.0], 0.1)
     study = Study(robot, springs, (pose,), experiments, Isotropic(3e-5), (low,))

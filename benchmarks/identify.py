@@ -69,7 +69,7 @@ def in_process(folder: Path, path: Path) -> tuple[float, float, float]:
     times.append(time.perf_counter() - start)
     np.testing.assert_allclose(1e-6 * other.x, found.compliance, rtol=1e-6)
     start = time.perf_counter()
-    rows = ec.regressor(arm.robot, arm.springs, arm.tool, data.cases)
+    rows = ec.regressor(arm, data.cases)
     np.linalg.lstsq(rows.reshape(-1, len(arm.springs)) * 1e-6, flat.ravel(), rcond=None)
     times.append(time.perf_counter() - start)
     return times[0], times[1], times[2]

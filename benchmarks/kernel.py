@@ -41,12 +41,11 @@ CHUNK = 2048
 
 def elastocal_pair(campaign: Study) -> Pair:
     """elastocal's regressor and `pull`, in chunks as `LoadCaseSpace` evaluates them."""
-    e = campaign.experiments
     wrench = np.append(_force(campaign), np.zeros(3))
 
     def regressor(q: Array) -> Regressor:
         loads = np.tile(wrench, (len(q), 1))
-        return Regressor(Posture(campaign.robot, q), campaign.springs, e.tool, loads)
+        return Regressor(campaign.arm, Posture(campaign.robot, q), loads)
 
     def value(q: Array) -> Array:
         parts = [regressor(q[i : i + CHUNK]).rows for i in range(0, len(q), CHUNK)]

@@ -18,7 +18,7 @@ def main() -> None:
     springs = ec.joint_springs(robot)
     tip = robot.tools["tip"]
     task = ec.LoadCases(np.radians([[0.0, 60.0, -45.0]]), [[0.0, 0.29, -0.96, 0.0, 0.0, 0.0]])
-    pose = ec.test_pose(robot, springs, tip, task, 1.0, "task")
+    pose = ec.test_pose(ec.ElasticArm(robot, springs, tip), task, 1.0, "task")
     force = ec.FreeDirection(1.0, np.array([0.0, 0.0, 1.0]))
     print("experiments   ρ0² published   ρ0² here   no plan below")
     for count, published in PUBLISHED.items():

@@ -26,7 +26,7 @@ def along_the_path(study: ec.Study, places: int) -> ec.Study:
     for i, share in enumerate(np.linspace(0.0, 1.0, places)):
         case = ec.LoadCases(np.radians([(1.0 - share) * BEGIN + share * END]), [FORCE])
         name = f"place {i + 1}"
-        poses.append(ec.test_pose(study.robot, study.springs, milling, case, 1.0, name))
+        poses.append(ec.test_pose(replace(study.arm, tool=milling), case, 1.0, name))
     return replace(study, test_poses=tuple(poses))
 
 

@@ -39,7 +39,7 @@ def main() -> None:
     spindle = ec.Tool("spindle", [0.0, 0.0, 0.25], [[0.0, 0.0, 0.25]], ("TCP",))
     q = np.append(1.5, np.radians([30.0, 20.0, -10.0, 40.0, 60.0, 0.0]))
     task = ec.LoadCases([q], [[300.0, 200.0, -150.0, 0.0, 0.0, 0.0]])
-    pose = ec.test_pose(arm, springs, spindle, task, 1.0, "deburring")
+    pose = ec.test_pose(ec.ElasticArm(arm, springs, spindle), task, 1.0, "deburring")
     force = ec.FreeDirection(800.0, np.array([0.0, 0.0, -1.0]), np.radians(45.0))
     floor = HalfSpace("height of M1 >= 300 mm", bracket.load_point, [0, 0, 1], 0.3)
     experiments = ec.Experiments(bracket, force, count=10, max_configurations=5)

@@ -53,7 +53,7 @@ def measured(
     """Every marker once in every load case; without noise if there is no `rng`."""
     count, markers = len(cases), len(bent.tool.markers)
     if linear:
-        exact = deflection(bent.robot, bent.springs, truth, bent.tool, cases)[:, :-3]
+        exact = deflection(bent, truth, cases)[:, :-3]
     else:
         exact = loaded_deflection(bent, truth, cases)
     values = exact.reshape(-1, 3)

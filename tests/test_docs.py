@@ -171,7 +171,7 @@ def test_every_key_of_a_plan_is_documented() -> None:
     robot = ec.load_robot("three-link")
     springs, tip = ec.joint_springs(robot), robot.tools["tip"]
     case = ec.LoadCases(np.ones((1, 3)), np.eye(6)[:1])
-    pose = ec.test_pose(robot, springs, tip, case, 1.0, "task")
+    pose = ec.test_pose(ec.ElasticArm(robot, springs, tip), case, 1.0, "task")
     experiments = ec.Experiments(tip, ec.FixedVector(np.array([0.0, 1.0, 1.0])), 2)
     study = ec.Study(robot, springs, (pose,), experiments, ec.Isotropic(1.0))
     document = plan_document(ec.plan(study))

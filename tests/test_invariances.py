@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from elastocal.design.exact import Effort
 from elastocal.elastic.allowed_loads import FixedVector
+from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.springs import joint_springs
 from elastocal.measuring.instrument import Isotropic
@@ -42,7 +43,7 @@ def random_study(seed: int) -> tuple[Study, LoadCases]:
         return LoadCases(rng.uniform(-3, 3, (count, 5)), rng.normal(size=(count, 6)))
 
     poses = tuple(
-        test_pose(robot, springs, tool, cases(1), weight, f"task {weight:g}")
+        test_pose(ElasticArm(robot, springs, tool), cases(1), weight, f"task {weight:g}")
         for weight in (1.0, 2.0)
     )
     limits = np.tile([[-4.0], [4.0]], 5)
@@ -121,7 +122,12 @@ def test_turning_the_base_changes_nothing(seed: int) -> None:
         assert pose.tool is not None
         assert pose.case is not None
         poses.append(
-            test_pose(robot, study.springs, pose.tool, turn(pose.case), pose.weight, pose.name)
+            test_pose(
+                replace(study.arm, robot=robot, tool=pose.tool),
+                turn(pose.case),
+                pose.weight,
+                pose.name,
+            )
         )
     springs = joint_springs(robot)
     turned = replace(study, robot=robot, springs=springs, test_poses=tuple(poses))

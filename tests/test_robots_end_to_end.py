@@ -31,7 +31,7 @@ def run(*arguments: object) -> str:
 def made_up_truth(study: Study, path: Path) -> None:
     """Compliances under which the calibration load bends the arm by about a millimetre."""
     cases = study.space.load_cases(study.space.sample(50, np.random.default_rng(0)))
-    rows = ec.regressor(study.robot, study.springs, study.experiments.tool, cases)
+    rows = ec.regressor(study.arm, cases)
     sizes = 1e-3 / (np.median(np.abs(rows).max(axis=1), axis=0) * len(study.springs))
     units = ["m/N" if slides else "rad/(N.m)" for slides in study.springs.prismatic]
     entries = {

@@ -81,7 +81,7 @@ def loaded_tcp(model: ComplianceModel, robot: Robot, tool: Tool, q: Array, wrenc
 
 def test_before_compensation_the_path_is_off_by_a_millimetre() -> None:
     done = compensate(ARM, TRUTH, PATH)
-    judged = replace(MILLING, markers=np.array([MILLING.tcp]), marker_names=("TCP",))
+    judged = MILLING.at_tcp
     expected = ec.loaded_deflection(replace(ARM, tool=judged), TRUTH.compliance, PATH)
     np.testing.assert_allclose(done.before, expected, atol=1e-15)
     assert len(done) == 200
@@ -163,7 +163,7 @@ def test_rho0_is_the_formula_of_the_plan() -> None:
     model = ComplianceModel(TRUTH.springs, TRUTH.compliance, root_ @ root_.T)
     case = LoadCases(TEST_POSE[None], np.array([[0.0, 280.0, -180.0, 0.0, 0.0, 0.0]]))
     done = compensate(ARM, model, case)
-    rows = ec.test_pose(KUKA, TRUTH.springs, MILLING, case, 1.0, "milling").regressor
+    rows = ec.test_pose(ARM, case, 1.0, "milling").regressor
     assert done.rho0[0] == pytest.approx(np.sqrt(np.trace(rows @ model.covariance @ rows.T)))
 
 

@@ -9,6 +9,7 @@ from elastocal.design.matrix_means import MatrixMean
 from elastocal.design.test_pose import TestPosePrecision
 from elastocal.design.worst import PowerMean, Worst, floored
 from elastocal.elastic.allowed_loads import FixedVector
+from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.springs import joint_springs
 from elastocal.measuring.instrument import Isotropic
@@ -26,9 +27,7 @@ def study_with_two_test_poses() -> Study:
     tasks = [((0.0, 1.0, -0.8), (0.3, 0.3, -1.0), 1.0), ((0.4, 0.2, 0.9), (1.0, -0.5, 0.2), 3.0)]
     poses = tuple(
         test_pose(
-            robot,
-            springs,
-            tip,
+            ElasticArm(robot, springs, tip),
             LoadCases(np.array([q]), np.array([[*force, 0.0, 0.0, 0.0]])),
             weight,
             f"task {i + 1}",

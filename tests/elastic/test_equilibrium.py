@@ -193,7 +193,7 @@ def test_small_loads_give_the_linear_model(chain: tuple[int, list[bool]]) -> Non
     off = []
     for load in (1e-2, 1e-3):
         small = LoadCases(cases.q, load * cases.wrench)
-        linear = deflection(arm.robot, arm.springs, compliance, arm.tool, small)[:, :-3]
+        linear = deflection(arm, compliance, small)[:, :-3]
         off.append(np.abs(loaded_deflection(arm, compliance, small) - linear).max())
     assert off[1] <= 0.011 * off[0] + 1e-15
     assert off[0] <= 1e-2

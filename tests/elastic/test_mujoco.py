@@ -73,7 +73,7 @@ def test_the_kr270_under_its_calibration_loads(heavy: bool) -> None:
     largest = compare(arm, TRUTH.compliance, published_cases(4))
     assert largest > 4e-3
     # The linear model would not pass.
-    linear = deflection(robot, TRUTH.springs, TRUTH.compliance, arm.tool, published_cases(4))
+    linear = deflection(arm, TRUTH.compliance, published_cases(4))
     theirs = Settling(arm, TRUTH.compliance, published_cases(4).q[0]).deflection(
         published_cases(4).wrench[0]
     )

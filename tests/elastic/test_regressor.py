@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import Regressor, cartesian_stiffness, deflection, regressor
 from elastocal.elastic.springs import VirtualJoints, joint_springs
@@ -60,8 +61,8 @@ def test_regressor_agrees_with_pinocchio(chain: tuple[int, list[bool]], markers:
         [oracle.regressor(q, w, tool) for q, w in zip(cases.q, cases.wrench, strict=True)]
     )
     springs = joint_springs(robot)
-    close(regressor(robot, springs, tool, cases, rotation=True), expected, ROUNDING)
-    close(regressor(robot, springs, tool, cases), expected[:, :-3], ROUNDING)
+    close(regressor(ElasticArm(robot, springs, tool), cases, rotation=True), expected, ROUNDING)
+    close(regressor(ElasticArm(robot, springs, tool), cases), expected[:, :-3], ROUNDING)
 
 
 @reproducible
@@ -73,9 +74,11 @@ def test_a_subset_of_joints_gives_their_columns(chain: tuple[int, list[bool]]) -
     count = int(rng.integers(1, len(robot.joints) + 1))
     chosen = np.sort(rng.choice(len(robot.joints), count, replace=False))
     springs = joint_springs(robot, [robot.joint_names[i] for i in chosen])
-    full = regressor(robot, joint_springs(robot), tool, cases, rotation=True)
+    full = regressor(ElasticArm(robot, joint_springs(robot), tool), cases, rotation=True)
     assert springs.names == tuple(robot.joint_names[i] for i in chosen)
-    close(regressor(robot, springs, tool, cases, rotation=True), full[:, :, chosen], 1e-15)
+    close(
+        regressor(ElasticArm(robot, springs, tool), cases, rotation=True), full[:, :, chosen], 1e-15
+    )
 
 
 def random_springs(rng: np.random.Generator, robot: Robot, count: int) -> VirtualJoints:
@@ -101,7 +104,10 @@ def test_springs_anywhere_in_the_chain_agree_with_pinocchio(
     longer, virtual, actuated = chain_with_springs(robot, springs)
     oracle, cases = Oracle(longer), random_cases(rng, robot, 3)
     for q, wrench, block in zip(
-        cases.q, cases.wrench, regressor(robot, springs, tool, cases, rotation=True), strict=True
+        cases.q,
+        cases.wrench,
+        regressor(ElasticArm(robot, springs, tool), cases, rotation=True),
+        strict=True,
     ):
         held = np.zeros(len(longer.joints))
         held[actuated] = q
@@ -114,7 +120,11 @@ def test_a_joint_spring_is_a_spring_at_the_place_of_the_joint() -> None:
     robot, tool = random_chain(rng, [False, True, False, False]), random_tool(rng, 1)
     cases, springs = random_cases(rng, robot, 4), joint_springs(robot)
     general = replace(springs, joint=np.array([], dtype=np.int64))
-    close(regressor(robot, general, tool, cases), regressor(robot, springs, tool, cases), 1e-14)
+    close(
+        regressor(ElasticArm(robot, general, tool), cases),
+        regressor(ElasticArm(robot, springs, tool), cases),
+        1e-14,
+    )
 
 
 def check_gradient(
@@ -135,10 +145,14 @@ def check_gradient(
 
     def scalar(x: np.ndarray) -> np.ndarray:
         posture = Posture(robot, x[:, :n])
-        values = Regressor(posture, springs, tool, x[:, n:], rotation=rotation).rows
+        values = Regressor(
+            ElasticArm(robot, springs, tool), posture, x[:, n:], rotation=rotation
+        ).rows
         return (values * cotangent).sum(axis=(0, 1))
 
-    at = Regressor(Posture(robot, cases.q), springs, tool, wrench, rotation=rotation)
+    at = Regressor(
+        ElasticArm(robot, springs, tool), Posture(robot, cases.q), wrench, rotation=rotation
+    )
     pulled = np.concatenate(at.pull(cotangent)).T
     x = np.hstack([cases.q, wrench])
     expected = central_difference(scalar, x)
@@ -193,18 +207,20 @@ def test_a_batch_is_a_loop(count: int) -> None:
     robot, tool = random_chain(rng, [False, True, False]), random_tool(rng, 2)
     springs = joint_springs(robot)
     cases = random_cases(rng, robot, count)
-    batch = regressor(robot, springs, tool, cases, rotation=True)
+    batch = regressor(ElasticArm(robot, springs, tool), cases, rotation=True)
     assert batch.shape == (count, 9, 3)
     cotangent = rng.normal(size=(9, 3, count))
     q_bar, wrench_bar = Regressor(
-        Posture(robot, cases.q), springs, tool, cases.wrench, rotation=True
+        ElasticArm(robot, springs, tool), Posture(robot, cases.q), cases.wrench, rotation=True
     ).pull(cotangent)
     assert q_bar.shape == (3, count)
     assert wrench_bar.shape == (6, count)
     for i in range(count):
         one = LoadCases(cases.q[i : i + 1], cases.wrench[i : i + 1])
-        close(regressor(robot, springs, tool, one, rotation=True)[0], batch[i], 1e-15)
-        single = Regressor(Posture(robot, one.q), springs, tool, one.wrench, rotation=True)
+        close(regressor(ElasticArm(robot, springs, tool), one, rotation=True)[0], batch[i], 1e-15)
+        single = Regressor(
+            ElasticArm(robot, springs, tool), Posture(robot, one.q), one.wrench, rotation=True
+        )
         q_one, wrench_one = single.pull(cotangent[:, :, i : i + 1])
         close(q_one[:, 0], q_bar[:, i], 1e-14)
         close(wrench_one[:, 0], wrench_bar[:, i], 1e-14)
@@ -217,7 +233,7 @@ def test_deflection_is_the_regressor_times_the_compliances() -> None:
     cases, compliance = random_cases(rng, robot, 3), rng.uniform(0.5, 2.0, 4)
     oracle, found = (
         Oracle(robot),
-        deflection(robot, joint_springs(robot), compliance, tool, cases),
+        deflection(ElasticArm(robot, joint_springs(robot), tool), compliance, cases),
     )
     assert found.shape == (3, 9)
     for q, wrench, moved in zip(cases.q, cases.wrench, found, strict=True):
@@ -238,7 +254,7 @@ def test_deflections_are_reciprocal() -> None:
 
     def under(wrench: np.ndarray) -> np.ndarray:
         cases = LoadCases(q, wrench[None])
-        return deflection(robot, joint_springs(robot), compliance, tool, cases)[0]
+        return deflection(ElasticArm(robot, joint_springs(robot), tool), compliance, cases)[0]
 
     assert second @ under(first) == pytest.approx(first @ under(second), rel=1e-12)
     assert first @ under(first) > 0.0
@@ -281,8 +297,8 @@ def test_turning_the_base_with_the_wrench_turns_the_deflections_only() -> None:
     cases, rotation = random_cases(rng, robot, 4), random_rotation(rng)
     turned = turned_base(robot, transform(rotation, rng.uniform(-1, 1, 3)))
     wrench = np.hstack([cases.wrench[:, :3] @ rotation.T, cases.wrench[:, 3:] @ rotation.T])
-    before = regressor(robot, joint_springs(robot), tool, cases)
-    after = regressor(turned, joint_springs(turned), tool, LoadCases(cases.q, wrench))
+    before = regressor(ElasticArm(robot, joint_springs(robot), tool), cases)
+    after = regressor(ElasticArm(turned, joint_springs(turned), tool), LoadCases(cases.q, wrench))
     blocks = np.kron(np.eye(2), rotation)
     close(after, blocks @ before, 1e-13)
 
@@ -297,8 +313,8 @@ def test_the_kuka_by_modified_dh_has_the_same_regressor() -> None:
         np.radians([MACHINING_CONFIGURATION]), np.append(MACHINING_FORCE, np.zeros(3))[None]
     )
     close(
-        regressor(by_table, joint_springs(by_table), same, case),
-        regressor(robot, joint_springs(robot), milling, case),
+        regressor(ElasticArm(by_table, joint_springs(by_table), same), case),
+        regressor(ElasticArm(robot, joint_springs(robot), milling), case),
         1e-13,
     )
 

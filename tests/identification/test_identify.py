@@ -97,7 +97,7 @@ def test_covariance_is_that_of_equation_13() -> None:
     from elastocal.elastic.regressor import regressor
 
     bent = arm()
-    rows = regressor(bent.robot, bent.springs, bent.tool, data.cases).reshape(-1, 5)
+    rows = regressor(bent, data.cases).reshape(-1, 5)
     np.testing.assert_allclose(
         found.model.covariance, SIGMA**2 * np.linalg.inv(rows.T @ rows), rtol=1e-8
     )
@@ -126,7 +126,7 @@ def test_correlated_noise_is_whitened() -> None:
 
     bent = arm()
     undo = np.linalg.inv(root)
-    rows = undo @ regressor(bent.robot, bent.springs, bent.tool, data.cases)
+    rows = undo @ regressor(bent, data.cases)
     values = data.deflection @ undo.T
     expected = np.linalg.lstsq(rows.reshape(-1, 5) * 1e-6, values.reshape(-1), rcond=None)[0]
     np.testing.assert_allclose(found.compliance, 1e-6 * expected, rtol=1e-8)
@@ -208,7 +208,7 @@ def without(found: Identification, i: int) -> Array:
     keep = np.arange(len(data.cases)) != i
     again = identify(found.arm, chosen(data, keep), found.how)
     one = chosen(data, ~keep)
-    rows = regressor(found.arm.robot, found.arm.springs, data.tool, one.cases)
+    rows = regressor(found.arm, one.cases)
     rows = rows.reshape(-1, 3, rows.shape[-1])
     return rows @ again.model.covariance @ rows.transpose(0, 2, 1) + one.covariance
 

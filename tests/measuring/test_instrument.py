@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from elastocal.elastic.allowed_loads import FixedVector
+from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import Regressor, regressor
 from elastocal.elastic.springs import joint_springs
@@ -54,7 +55,7 @@ def test_gradient_of_whitened_rows(name: str, slides: list[bool]) -> None:
     force, moment = (FixedVector(rng.normal(size=3)) for _ in range(2))
     limits = np.tile([[-3.0], [3.0]], n)
     space = LoadCaseSpace(
-        robot, joint_springs(robot), tool, force, moment, (), INSTRUMENTS[name], limits
+        ElasticArm(robot, joint_springs(robot), tool), force, moment, (), INSTRUMENTS[name], limits
     )
     q = rng.uniform(-2.0, 2.0, (6, n))
     at = space.evaluate(q)
@@ -73,11 +74,11 @@ def test_isotropic_rows_are_those_over_sigma_to_the_last_bit() -> None:
     study, rng = kr270(A0), np.random.default_rng(2)
     x = study.space.sample(50, rng)
     cases = study.space.load_cases(x)
-    rows = regressor(study.robot, study.springs, study.experiments.tool, cases) / SIGMA
+    rows = regressor(study.arm, cases) / SIGMA
     at = study.space.evaluate(x)
     assert np.array_equal(at.blocks, rows)
     assert np.array_equal(load_case_information(study, cases), rows.transpose(0, 2, 1) @ rows)
-    part = Regressor(Posture(study.robot, x), study.springs, study.experiments.tool, cases.wrench)
+    part = Regressor(study.arm, Posture(study.robot, x), cases.wrench)
     cotangent = rng.normal(size=rows.shape)
     expected = part.pull(np.ascontiguousarray(cotangent.transpose(1, 2, 0)) / SIGMA)[0]
     none = np.zeros_like(at.margins)
@@ -89,7 +90,7 @@ def test_information_of_a_tracker_is_that_of_weighted_least_squares() -> None:
     study = replace(kr270(A0), instrument=TRACKER)
     cases = study.space.load_cases(study.space.sample(20, np.random.default_rng(3)))
     tool = study.experiments.tool
-    rows = regressor(study.robot, study.springs, tool, cases)
+    rows = regressor(replace(study.arm, tool=tool), cases)
     points = Posture(study.robot, cases.q).point(tool.markers[0]).T
     expected = rows.transpose(0, 2, 1) @ np.linalg.solve(TRACKER.covariance(points), rows)
     scale = np.abs(expected).max()

@@ -9,6 +9,7 @@ import numpy as np
 from elastocal.arrays import Array
 from elastocal.constraints import Elevation, HalfSpace, MinRadius
 from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, Load
+from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import Regressor
 from elastocal.elastic.springs import joint_springs
@@ -65,7 +66,7 @@ def three_link_study(count: int) -> Study:
     return Study(
         robot,
         springs,
-        (test_pose(robot, springs, tip, case, 1.0, "task"),),
+        (test_pose(ElasticArm(robot, springs, tip), case, 1.0, "task"),),
         Experiments(tip, FreeDirection(1.0, np.array([0.0, 0.0, 1.0])), count),
         Isotropic(1.0),
     )
@@ -97,7 +98,9 @@ class PlanarForceEvaluation:
         wrench = np.zeros((len(x), 6))
         wrench[:, 1], wrench[:, 2] = np.cos(x[:, 2]), np.sin(x[:, 2])
         tip = robot.tools["tip"]
-        self._regressor = Regressor(Posture(robot, q), joint_springs(robot), tip, wrench)
+        self._regressor = Regressor(
+            ElasticArm(robot, joint_springs(robot), tip), Posture(robot, q), wrench
+        )
         self._turn = np.stack([-wrench[:, 2], wrench[:, 1]])
         self.blocks = self._regressor.rows.transpose(2, 0, 1)
         self.margins = np.zeros((len(x), 0))

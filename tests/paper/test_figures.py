@@ -71,7 +71,7 @@ def three_link() -> tuple[Study, ComplianceModel]:
         np.radians([TEST_CONFIGURATION]), np.append(FORCE_IN_TABLE_2, np.zeros(3))[None]
     )
     tip = study.robot.tools["tip"]
-    pose = test_pose(study.robot, study.springs, tip, case, 1.0, "task")
+    pose = test_pose(replace(study.arm, tool=tip), case, 1.0, "task")
     truth = ComplianceModel(joint_springs(study.robot), np.array([1e-3, 2e-3, 3e-3]))
     return replace(study, test_poses=(pose,)), truth
 

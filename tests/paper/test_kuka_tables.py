@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import Regressor
 from elastocal.elastic.springs import joint_springs
@@ -32,7 +33,8 @@ def model_a0() -> np.ndarray:
         np.radians([MACHINING_CONFIGURATION]), np.append(MACHINING_FORCE, np.zeros(3))[None]
     )
     springs = joint_springs(robot, JOINTS)
-    return test_pose(robot, springs, robot.tools["milling"], case, 1.0, "milling").regressor
+    arm = ElasticArm(robot, springs, robot.tools["milling"])
+    return test_pose(arm, case, 1.0, "milling").regressor
 
 
 def information(configurations: int) -> np.ndarray:
@@ -40,8 +42,8 @@ def information(configurations: int) -> np.ndarray:
     robot = kuka_kr270()
     q = np.radians([(0.0, *angles) for angles in TABLE_5[configurations]])
     wrench = np.tile(np.append(CALIBRATION_FORCE, np.zeros(3)), (len(q), 1))
-    tool = robot.tools["calibration"]
-    rows = Regressor(Posture(robot, q), joint_springs(robot, JOINTS), tool, wrench).rows / SIGMA
+    arm = ElasticArm(robot, joint_springs(robot, JOINTS), robot.tools["calibration"])
+    rows = Regressor(arm, Posture(robot, q), wrench).rows / SIGMA
     return np.einsum("rin,rjn->ij", rows, rows)
 
 

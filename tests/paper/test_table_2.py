@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.regressor import Regressor
 from elastocal.elastic.springs import joint_springs
 from elastocal.robot.posture import Posture
@@ -29,9 +30,8 @@ def rows_of(configurations_deg: np.ndarray, forces: np.ndarray) -> np.ndarray:
     robot = three_link()
     posture = Posture(robot, np.radians(configurations_deg))
     wrench = np.hstack([forces, np.zeros_like(forces)])
-    return Regressor(posture, joint_springs(robot), robot.tools["tip"], wrench).rows.transpose(
-        2, 0, 1
-    )
+    arm = ElasticArm(robot, joint_springs(robot), robot.tools["tip"])
+    return Regressor(arm, posture, wrench).rows.transpose(2, 0, 1)
 
 
 def covariance(row: Table2Row) -> np.ndarray:

@@ -13,6 +13,7 @@ from elastocal import report
 from elastocal.compensation.compensate import Compensation, compensate, residual
 from elastocal.constraints import Elevation, HalfSpace, MinRadius, Tilt
 from elastocal.elastic.allowed_loads import FixedVector
+from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.identification.identify import identify
@@ -38,7 +39,8 @@ def make_plan(robot: Robot, tool: Tool, q: np.ndarray, force: tuple[float, ...],
     """A plan by hand: `q` (S, n) under one force, measured 1, 2, ... times, certified by hand."""
     springs = springs_of(robot, None if "springs" not in changes else changes.pop("springs"))
     cases = LoadCases(q, np.tile([*force, 0.0, 0.0, 0.0], (len(q), 1)))
-    task = pose_of(robot, springs, tool, LoadCases(q[:1], cases.wrench[:1]), 1.0, "milling")
+    arm = ElasticArm(robot, springs, tool)
+    task = pose_of(arm, LoadCases(q[:1], cases.wrench[:1]), 1.0, "milling")
     study = Study(
         robot,
         springs,

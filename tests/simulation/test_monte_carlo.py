@@ -99,7 +99,7 @@ def test_the_judge_is_the_position_after_compensation() -> None:
     left = errors_left(judge(STUDY, TRUTH, pose, linear=False), estimate[None])[0]
     assert pose.tool is not None
     assert pose.case is not None
-    tool = replace(pose.tool, markers=pose.tool.tcp[None], marker_names=("TCP",))
+    tool = pose.tool.at_tcp
     arm = ec.ElasticArm(STUDY.robot, TRUTH.springs, tool)
     model = np.concatenate([TRUTH.compliance[:1], estimate])
 

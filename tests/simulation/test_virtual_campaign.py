@@ -71,7 +71,7 @@ def test_the_linear_truth_is_the_regressor(
         instrument=Isotropic(1e-15),
         linear=True,
     )
-    rows = deflection(study.robot, truth.springs, truth.compliance, study.experiments.tool, cases)
+    rows = deflection(replace(study.arm, springs=truth.springs), truth.compliance, cases)
     np.testing.assert_allclose(made.deflection, rows[:, :3], atol=1e-14)
 
 

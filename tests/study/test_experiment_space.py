@@ -117,14 +117,14 @@ def test_rows_are_in_units_of_the_noise() -> None:
 def test_a_thin_feasible_set_is_sampled_too() -> None:
     """Where hardly a random point is feasible: a slab 2 mm thin, one point in 2000."""
     space = kr270(A0).space
-    point = space.tool.load_point
+    point = space.arm.tool.load_point
     slab = (
         HalfSpace("at least 1.5 m", point, [0, 0, 1], 1.5),
         HalfSpace("at most 1.502 m", point, [0, 0, -1], -1.502),
     )
     x = replace(space, constraints=slab).sample(50, np.random.default_rng(8))
     assert x.shape == (50, 6)
-    height = forward_kinematics(space.robot, x)[:, 2] @ np.append(point, 1.0)
+    height = forward_kinematics(space.arm.robot, x)[:, 2] @ np.append(point, 1.0)
     assert (height >= 1.5).all()
     assert (height <= 1.502).all()
     assert np.ptp(x, axis=0).min() > 1.0  # and it is not always the same corner

@@ -34,7 +34,9 @@ def test_deflection_is_that_of_the_equilibrium_and_near_the_linear_one() -> None
         assert not found.problem
         tool = watched(subject, stop.tool)
         case = LoadCases(stop.q[None], stop.wrench[None])
-        linear = deflection(subject.study.robot, model.springs, model.compliance, tool, case)[:, :3]
+        linear = deflection(
+            replace(subject.study.arm, springs=model.springs, tool=tool), model.compliance, case
+        )[:, :3]
         assert found.deflection.ravel() == pytest.approx(linear.ravel(), rel=0.05, abs=2e-4)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -57,7 +58,6 @@ def compensate(
     import numpy as np
 
     from elastocal.compensation import compensate as rules
-    from elastocal.elastic.arm import ElasticArm
     from elastocal.elastic.compliance_model import merged_models
     from elastocal.files.models.model_file import read_model
     from elastocal.files.paths.corrected_file import corrected_document, write_corrected
@@ -75,12 +75,12 @@ def compensate(
     if force_n is not None or torque_nm is not None:
         wrench = np.array([*(force_n or (0.0, 0.0, 0.0)), *(torque_nm or (0.0, 0.0, 0.0))])
     task = read_path(path, robot, used, start_of(what, used, start), wrench)
-    arm = ElasticArm(robot, compliances.springs, used, what.gravity)
+    arm = replace(what.arm, springs=compliances.springs, tool=used)
     done = known[rule](arm, compliances, task.cases)
     residual = None
     if truth is not None:
         true = read_model(truth, robot)
-        residual = rules.residual(ElasticArm(robot, true.springs, used, what.gravity), true, done)
+        residual = rules.residual(replace(arm, springs=true.springs), true, done)
     if as_json:
         print_json(corrected_document(done, task, residual))
     else:

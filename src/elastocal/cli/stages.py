@@ -171,17 +171,15 @@ def compensated(
     """The corrected path, judged by the truth if that is known."""
     from elastocal.cli.compensate import start_of, task_tool
     from elastocal.compensation.compensate import compensate, residual
-    from elastocal.elastic.arm import ElasticArm
     from elastocal.files.paths.path_file import read_path
 
     used = task_tool(study, tool)
     task = read_path(path, study.robot, used, start_of(study, used, None))
-    done = compensate(
-        ElasticArm(study.robot, model.springs, used, study.gravity), model, task.cases
-    )
+    arm = replace(study.arm, springs=model.springs, tool=used)
+    done = compensate(arm, model, task.cases)
     if truth is None:
         return {"compensation": done}
-    true_arm = ElasticArm(study.robot, truth.springs, used, study.gravity)
+    true_arm = replace(arm, springs=truth.springs)
     # Negative control: the same correction to the wrong side.
     mirrored = replace(done, q=2.0 * task.cases.q - done.q)
     return {

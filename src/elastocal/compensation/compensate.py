@@ -35,7 +35,6 @@ from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import deflection, regressor
 from elastocal.elastic.springs import subset
 from elastocal.errors import Doubt, InputError
-from elastocal.robot.chain import Tool
 from elastocal.robot.damped_steps import damped_steps
 from elastocal.robot.posture import jacobian
 
@@ -121,7 +120,7 @@ def compensate(arm: ElasticArm, model: ComplianceModel, cases: LoadCases) -> Com
     target = tcp_poses(arm, cases.q, idle)
     own = arm.springs.joint >= 0
     others = [name for name, is_own in zip(arm.springs.names, own, strict=True) if not is_own]
-    frame = ElasticArm(arm.robot, subset(arm.springs, others), arm.tool, arm.gravity)
+    frame = replace(arm, springs=subset(arm.springs, others))
     bent = cases.q.copy()
     bent[:, arm.springs.joint[own]] += np.nan_to_num(idle[:, own])
     found = bent_arm(frame, model.compliance[~own], LoadCases(bent, cases.wrench), target)
@@ -142,7 +141,7 @@ def compensate_linearly(arm: ElasticArm, model: ComplianceModel, cases: LoadCase
     Source: paper eq. (15), with K_C⁻¹ W = A(q0, w) k and the pseudo-inverse of J0.
     """
     target = tcp_poses(arm, cases.q, _idle(arm, model, cases.q))
-    shift = deflection(arm.robot, arm.springs, model.compliance, _judging(arm.tool), cases)
+    shift = deflection(replace(arm, tool=arm.tool.at_tcp), model.compliance, cases)
     rows = task_rows(arm)
     columns = jacobian(arm.robot, cases.q, arm.tool.tcp)[:, :rows]
     steps = damped_steps(columns, -shift[:, :rows], arm.robot.prismatic)
@@ -205,9 +204,10 @@ def _judged(
     q, after = q.copy(), after.copy()
     q[~converged], after[~converged] = np.nan, np.nan
     loaded = tcp_poses(arm, cases.q, stable(equilibrium(arm, model.compliance, cases)))
-    rows = regressor(arm.robot, arm.springs, _judging(arm.tool), cases)
+    rows = regressor(replace(arm, tool=arm.tool.at_tcp), cases)
     command = np.full_like(target, np.nan)
-    command[converged] = tcp_poses(_rigid(arm), q[converged], np.zeros((int(converged.sum()), 0)))
+    rigid = replace(arm, springs=subset(arm.springs, ()))
+    command[converged] = tcp_poses(rigid, q[converged], np.zeros((int(converged.sum()), 0)))
     return Compensation(
         arm=arm,
         model=model,
@@ -225,16 +225,6 @@ def _judged(
         doubts=doubts(arm.robot, q, after, good, found.at_rest, found.damped, found.lost),
         notes=notes(arm, model.compliance, cases, task_rows(arm)),
     )
-
-
-def _judging(tool: Tool) -> Tool:
-    """The tool with its TCP as the one marker."""
-    return replace(tool, markers=np.array([tool.tcp]), marker_names=("TCP",))
-
-
-def _rigid(arm: ElasticArm) -> ElasticArm:
-    """The arm without springs."""
-    return ElasticArm(arm.robot, subset(arm.springs, ()), arm.tool)
 
 
 def _idle(arm: ElasticArm, model: ComplianceModel, q: Array) -> Array:

@@ -52,9 +52,8 @@ def bent_arm(frame: ElasticArm, compliance: Array, start: LoadCases, target: Arr
         if not len(open_):
             break
         rest = equilibrium(frame, compliance, LoadCases(bent[open_], start.wrench[open_]))
-        good = rest.converged & (rest.stability > 0.0)
-        open_ = open_[good]
-        displacement[open_] = rest.displacement[good]
+        displacement[open_[rest.stable]] = rest.displacement[rest.stable]
+        open_ = open_[rest.stable]
         columns = jacobian(
             frame.chain, frame.bent(bent[open_], displacement[open_]), frame.tool.tcp
         )
@@ -87,8 +86,7 @@ def task_rows(arm: ElasticArm) -> int:
 
 def stable(rest: Equilibrium) -> Array:
     """(N, p) displacements, NaN where there is no stable equilibrium."""
-    good = rest.converged & (rest.stability > 0.0)
-    return np.asarray(np.where(good[:, None], rest.displacement, np.nan))
+    return np.asarray(np.where(rest.stable[:, None], rest.displacement, np.nan))
 
 
 def tcp_poses(arm: ElasticArm, q: Array, displacement: Array) -> Array:

@@ -7,6 +7,7 @@ one kinematics serves the rigid arm and the bent one.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -26,25 +27,36 @@ class ElasticArm:
         tool: Tool with load point and K markers.
         gravity: (3,) acceleration in the base frame [m/s²]; zero: the weight of the links is
             left out. It counts only for a robot whose masses are known.
-        chain: The robot with a joint for every spring; made here.
-        actuated: (n,) joints of the chain that are the robot's; made here.
-        sprung: (p,) joints of the chain that carry the springs; made here.
     """
 
     robot: Robot
     springs: VirtualJoints
     tool: Tool
     gravity: Array = field(default_factory=lambda: np.zeros(3))
-    chain: Robot = field(init=False, repr=False)
-    actuated: IntArray = field(init=False, repr=False)
-    sprung: IntArray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "gravity", frozen(np.reshape(self.gravity, 3)))
+
+    @property
+    def chain(self) -> Robot:
+        """The robot with a joint for every spring."""
+        return self._sprung_chain[0]
+
+    @property
+    def actuated(self) -> IntArray:
+        """(n,) joints of the chain that are the robot's."""
+        return self._sprung_chain[1]
+
+    @property
+    def sprung(self) -> IntArray:
+        """(p,) joints of the chain that carry the springs."""
+        return self._sprung_chain[2]
+
+    @cached_property
+    def _sprung_chain(self) -> tuple[Robot, IntArray, IntArray]:
+        # Made when first asked for: the linear model does without.
         chain, actuated, sprung = _chain(self.robot, self.springs)
-        object.__setattr__(self, "chain", chain)
-        object.__setattr__(self, "actuated", frozen(actuated, np.int64))
-        object.__setattr__(self, "sprung", frozen(sprung, np.int64))
+        return chain, frozen(actuated, np.int64), frozen(sprung, np.int64)
 
     @property
     def sags(self) -> bool:

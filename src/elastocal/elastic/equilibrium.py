@@ -46,6 +46,11 @@ class Equilibrium:
     converged: BoolArray
     stability: Array
 
+    @property
+    def stable(self) -> BoolArray:
+        """(N,) whether the arm stays where it came to rest."""
+        return np.asarray(self.converged & (self.stability > 0.0))
+
 
 class Linearisation(NamedTuple):
     """The equilibrium of N load cases, linearised at given displacements and compliances."""
@@ -166,7 +171,7 @@ def markers_at(arm: ElasticArm, q: Array, displacement: Array) -> Array:
 def _at_rest(arm: ElasticArm, compliance: Array, cases: LoadCases) -> Array:
     """(N, p) displacements at a stable equilibrium."""
     rest = equilibrium(arm, compliance, cases)
-    wrong = np.flatnonzero(~rest.converged | (rest.stability <= 0.0))
+    wrong = np.flatnonzero(~rest.stable)
     if len(wrong):
         raise EquilibriumError(
             f"load case {wrong[0] + 1} has no stable equilibrium with these compliances: the "

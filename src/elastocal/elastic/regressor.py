@@ -1,6 +1,6 @@
 """Elastostatics of a serial arm with springs on virtual joints.
 
-In: robot, springs, tool, load cases. Out: regressor, deflection, Cartesian stiffness.
+In: elastic arm, load cases. Out: regressor, deflection, Cartesian stiffness.
 A virtual joint is a unit twist carried by one body of the chain. With v_j the velocity that a
 unit speed of virtual joint j gives to a point, and y_j the generalised force that the wrench
 w = (F, T) exerts on it,
@@ -17,28 +17,19 @@ from __future__ import annotations
 import numpy as np
 
 from elastocal.arrays import Array
+from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.elastic.springs import VirtualJoints
 from elastocal.errors import InputError
 from elastocal.matrices import rank_of
 from elastocal.robot.chain import Robot, Tool
 from elastocal.robot.posture import Posture, cross, dot, jacobian
 
 
-def regressor(
-    robot: Robot,
-    springs: VirtualJoints,
-    tool: Tool,
-    cases: LoadCases,
-    *,
-    rotation: bool = False,
-) -> Array:
+def regressor(arm: ElasticArm, cases: LoadCases, *, rotation: bool = False) -> Array:
     """Regressor A of the linear model: deflection = A · compliance.
 
     Args:
-        robot: The robot.
-        springs: p virtual joints.
-        tool: Tool with load point and K markers.
+        arm: Elastic arm with p springs and K markers; the weight of its links does not count.
         cases: N load cases.
         rotation: Append the three rotation rows of the flange.
 
@@ -48,21 +39,19 @@ def regressor(
 
     Source: paper eqs. (4), (7), (8); several markers are ours.
     """
-    posture = Posture(robot, cases.q)
-    rows = Regressor(posture, springs, tool, cases.wrench, rotation=rotation).rows
+    posture = Posture(arm.robot, cases.q)
+    rows = Regressor(arm, posture, cases.wrench, rotation=rotation).rows
     return np.ascontiguousarray(rows.transpose(2, 0, 1))
 
 
-def deflection(
-    robot: Robot, springs: VirtualJoints, compliance: Array, tool: Tool, cases: LoadCases
-) -> Array:
+def deflection(arm: ElasticArm, compliance: Array, cases: LoadCases) -> Array:
     """(N, 3K + 3) displacement of K markers [m] and rotation of the flange [rad] under load.
 
     `compliance` is (p,) [rad/(N·m), or m/N for linear springs].
 
     Source: paper eq. (2).
     """
-    return np.asarray(regressor(robot, springs, tool, cases, rotation=True) @ compliance)
+    return np.asarray(regressor(arm, cases, rotation=True) @ compliance)
 
 
 def cartesian_stiffness(robot: Robot, compliance: Array, q: Array, point: Array) -> Array:
@@ -102,27 +91,20 @@ class Regressor:
     """
 
     def __init__(
-        self,
-        posture: Posture,
-        springs: VirtualJoints,
-        tool: Tool,
-        wrench: Array,
-        *,
-        rotation: bool = False,
+        self, arm: ElasticArm, posture: Posture, wrench: Array, *, rotation: bool = False
     ) -> None:
         """Evaluate the regressor.
 
         Args:
-            posture: The robot in N configurations.
-            springs: p virtual joints.
-            tool: Tool with load point and K markers.
+            arm: Elastic arm with p springs and K markers.
+            posture: Its robot in N configurations.
             wrench: (N, 6) wrench at the load point, base frame [N, N·m].
             rotation: Append the three rotation rows of the flange body (paper eq. 8).
         """
-        self.posture, self.springs, self.rotation = posture, springs, rotation
+        self.posture, self.springs, self.rotation = posture, arm.springs, rotation
         self.force, self.moment = wrench.T[:3, None], wrench.T[3:, None]
-        self.points, self.markers = _distinct_points(tool)
-        self.sliding = springs.prismatic if springs.prismatic.any() else None
+        self.points, self.markers = _distinct_points(arm.tool)
+        self.sliding = arm.springs.prismatic if arm.springs.prismatic.any() else None
         self.has_moment = bool(np.any(self.moment))
         self.axes, origins = self._twists()
         self.turns = self._turning(self.axes)

@@ -101,7 +101,7 @@ def fit_all(design: Design, readings: Array) -> Estimates:
 def _direct(design: Design, weight: Array, values: Array) -> tuple[Array, Array, Array]:
     """Estimates, covariances, residuals of the linear model."""
     arm, free = design.arm, design.free
-    rows = _weighted(regressor(arm.robot, arm.springs, arm.tool, design.cases)[None], weight)[0]
+    rows = _weighted(regressor(arm, design.cases)[None], weight)[0]
     known = np.array(design.start)
     known[free] = 0.0
     right = values - rows @ known

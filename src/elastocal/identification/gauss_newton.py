@@ -118,7 +118,7 @@ class _Linear:
     def __init__(self, problem: Problem) -> None:
         arm, cases = problem.arm, problem.measurements.cases
         parts = [
-            regressor(arm.robot, arm.springs, arm.tool, LoadCases(cases.q[s], cases.wrench[s]))
+            regressor(arm, LoadCases(cases.q[s], cases.wrench[s]))
             for s in (slice(i, i + _CHUNK) for i in range(0, len(cases), _CHUNK))
         ]
         self.gradient = np.concatenate(parts)

@@ -7,6 +7,8 @@ regressor of the paper is there by name.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
@@ -136,7 +138,7 @@ def _problem(
             f"{len(measurements)} readings give {3 * len(measurements)} coordinates, too few for "
             f"the {len(free)} compliances {', '.join(arm.springs.names)}"
         )
-    bent = ElasticArm(arm.robot, springs, measurements.tool, arm.gravity)
+    bent = replace(arm, springs=springs, tool=measurements.tool)
     return Problem(
         bent, free, start, measurements, rows, values, how.nonnegative, how.sigma == "known"
     )

@@ -5,10 +5,11 @@ In: an `Identification`. Out: covariances of left-out residuals. No refit is mad
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from elastocal.arrays import Array, BoolArray
-from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.equilibrium import deflection_and_gradient
 from elastocal.elastic.regressor import regressor
 from elastocal.identification.result import Identification
@@ -74,9 +75,9 @@ def _summed(values: Array, data: Measurements) -> Array:
 
 def _rows(found: Identification, data: Measurements) -> Array:
     """(R, 3, c) derivatives of the deflections in all compliances."""
-    arm = ElasticArm(found.arm.robot, found.model.springs, data.tool, found.arm.gravity)
+    arm = replace(found.arm, springs=found.model.springs, tool=data.tool)
     if found.how.model == "linear":
-        gradient = regressor(arm.robot, arm.springs, arm.tool, data.cases)
+        gradient = regressor(arm, data.cases)
     else:
         gradient = deflection_and_gradient(arm, found.model.compliance, data.cases)[1]
     shape = (len(data.cases), len(data.tool.markers), 3, -1)

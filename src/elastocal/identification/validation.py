@@ -6,7 +6,7 @@ the intervals in which the model expects the readings to lie.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -119,7 +119,7 @@ def validate(
 
     Source: ours; the prediction covariance is G cov(k) Gᵀ + Σ.
     """
-    bent = ElasticArm(arm.robot, model.springs, measurements.tool, arm.gravity)
+    bent = replace(arm, springs=model.springs, tool=measurements.tool)
     modelled, gradient = deflection_and_gradient(bent, model.compliance, measurements.cases)
     count, markers = len(measurements.cases), len(measurements.tool.markers)
     own = (measurements.case, measurements.marker)

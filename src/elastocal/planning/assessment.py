@@ -101,7 +101,7 @@ def load_case_information(study: Study, cases: LoadCases) -> Array:
     """(N, p, p) information of each load case measured once [(N·m/rad)²]."""
     tool = study.experiments.tool
     posture = Posture(study.robot, cases.q)
-    rows = Regressor(posture, study.springs, tool, cases.wrench).rows
+    rows = Regressor(study.arm, posture, cases.wrench).rows
     points = [posture.point(marker) for marker in tool.markers]
     white, _ = study.instrument.whiten(rows, points)
     return information(np.ascontiguousarray(white.transpose(2, 0, 1)))

@@ -29,7 +29,7 @@ def done(study: Study, measurements: Measurements) -> Done:
     Source: paper eq. (13): the information of the readings there are, with their own noise.
     """
     cases, tool = measurements.cases, measurements.tool
-    rows = regressor(study.robot, study.springs, tool, cases)
+    rows = regressor(replace(study.arm, tool=tool), cases)
     rows = rows.reshape(len(cases), len(tool.markers), 3, -1)
     _, whitener = noise_factors(measurements.covariance)
     seen = (whitener @ rows[measurements.case, measurements.marker]).reshape(-1, rows.shape[-1])

@@ -7,7 +7,7 @@ kinematics and Jacobians, is in `posture.py`.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -88,6 +88,11 @@ class Tool:
             raise InputError(
                 f"tool {self.name!r}: {len(self.markers)} markers, {len(self.marker_names)} names"
             )
+
+    @property
+    def at_tcp(self) -> Tool:
+        """The same tool with its TCP as the one marker."""
+        return replace(self, markers=self.tcp[None], marker_names=("TCP",))
 
 
 @dataclass(frozen=True)

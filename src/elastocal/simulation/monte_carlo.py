@@ -7,7 +7,7 @@ left at the test poses when their compliances are used for compensation.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -373,7 +373,7 @@ def _collected(
 def _predicted(study: Study, design: Design) -> Array:
     """(p, p) covariance (13) of the estimates, from the regressor of the plan."""
     springs = subset(design.arm.springs, study.springs.names)
-    rows = regressor(design.arm.robot, springs, design.arm.tool, design.cases)
+    rows = regressor(replace(design.arm, springs=springs), design.cases)
     white = np.linalg.inv(np.linalg.cholesky(design.covariance))
     apart = white @ rows.reshape(*design.covariance.shape[:2], 3, -1)
     repeats = np.bincount(design.case, minlength=len(design.cases))

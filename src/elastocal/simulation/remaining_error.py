@@ -42,8 +42,7 @@ def judge(study: Study, truth: ComplianceModel, pose: TestPose, *, linear: bool)
     free = np.array([truth.names.index(name) for name in study.springs.names])
     if linear or pose.case is None or pose.tool is None:
         return Judge(truth.compliance, free, pose.regressor)
-    tool = replace(pose.tool, markers=pose.tool.tcp[None], marker_names=("TCP",))
-    arm = ElasticArm(study.robot, truth.springs, tool, study.gravity)
+    arm = replace(study.arm, springs=truth.springs, tool=pose.tool.at_tcp)
     return Judge(truth.compliance, free, pose.regressor, arm, pose.case)
 
 

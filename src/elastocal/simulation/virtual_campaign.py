@@ -6,7 +6,7 @@ Deflections are those of the nonlinear equilibrium, a route that does not use th
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -145,7 +145,7 @@ def virtual_readings(
             f"the compliance of {negative[0]} is negative; a true one cannot be: no arm moves "
             "against the load"
         )
-    arm = ElasticArm(study.robot, truth.springs, study.experiments.tool, study.gravity)
+    arm = replace(study.arm, springs=truth.springs)
     still = np.zeros((len(cases), len(truth.springs)))
     points = markers_at(arm, cases.q, still).reshape(len(cases), -1, 3)
     meter = instrument or study.instrument
@@ -157,7 +157,7 @@ def virtual_readings(
 def deflections(arm: ElasticArm, compliance: Array, cases: LoadCases, linear: bool) -> Array:
     """(N, K, 3) deflections of the K markers of a true arm [m]; of the regressor if `linear`."""
     if linear:
-        rows = deflection(arm.robot, arm.springs, compliance, arm.tool, cases)[:, :-3]
+        rows = deflection(arm, compliance, cases)[:, :-3]
     else:
         rows = loaded_deflection(arm, compliance, cases)
     return np.asarray(rows).reshape(len(cases), -1, 3)

@@ -15,12 +15,11 @@ from elastocal.arrays import Array, BoolArray
 from elastocal.constraints import Constraint, describe, margins_at
 from elastocal.design.oracle import restore
 from elastocal.elastic.allowed_loads import FreeDirection, Load
+from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import Regressor
-from elastocal.elastic.springs import VirtualJoints
 from elastocal.errors import InfeasibleError
 from elastocal.measuring.instrument import Instrument
-from elastocal.robot.chain import Robot, Tool
 from elastocal.robot.posture import Posture
 
 _CHUNK = 2048  # load cases evaluated at once: what stays in the cache
@@ -31,9 +30,7 @@ class LoadCaseSpace:
     """Load cases under joint limits, constraints and a bound on the wrench.
 
     Attributes:
-        robot: The robot.
-        springs: The p unknown compliances.
-        tool: Tool with load point and measured markers.
+        arm: The robot with the p springs to identify, load point and measured markers.
         force: Which forces may act [N].
         moment: Which moments may act [N·m].
         constraints: Constraints besides the joint limits.
@@ -41,9 +38,7 @@ class LoadCaseSpace:
         limits: (2, n) lower and upper joint values used for planning [rad or m].
     """
 
-    robot: Robot
-    springs: VirtualJoints
-    tool: Tool
+    arm: ElasticArm
     force: Load
     moment: Load
     constraints: Sequence[Constraint]
@@ -53,7 +48,7 @@ class LoadCaseSpace:
     @property
     def parameters(self) -> int:
         """Number p of unknown compliances."""
-        return len(self.springs)
+        return len(self.arm.springs)
 
     @property
     def lower(self) -> Array:
@@ -75,7 +70,7 @@ class LoadCaseSpace:
 
     def load_cases(self, x: Array) -> LoadCases:
         """Load cases at design points (N, d)."""
-        return LoadCases(x[:, : len(self.robot.joints)], self._wrench(x).T)
+        return LoadCases(x[:, : len(self.arm.robot.joints)], self._wrench(x).T)
 
     def points(self, cases: LoadCases) -> Array:
         """(N, d) design points of load cases whose free loads have the largest norm."""
@@ -91,7 +86,7 @@ class LoadCaseSpace:
 
     def canonical(self, x: Array) -> Array:
         """The same design points with direction variables of norm 1."""
-        x, n = x.copy(), len(self.robot.joints)
+        x, n = x.copy(), len(self.arm.robot.joints)
         for start in range(n, n + self._free, 3):
             x[:, start : start + 3] /= np.linalg.norm(
                 x[:, start : start + 3], axis=1, keepdims=True
@@ -139,7 +134,7 @@ class LoadCaseSpace:
     def _draw(self, count: int, rng: np.random.Generator) -> Array:
         """(count, d) points uniform in the joint ranges and in the allowed directions."""
         x = np.empty((count, len(self.lower)))
-        start = len(self.robot.joints)
+        start = len(self.arm.robot.joints)
         x[:, :start] = rng.uniform(self.limits[0], self.limits[1], (count, start))
         for load in (self.force, self.moment):
             if isinstance(load, FreeDirection):
@@ -153,7 +148,7 @@ class LoadCaseSpace:
         best = int(margins.min(axis=1).argmax())
         worst = int(margins[best].argmin())
         constraint = self.constraints[worst]
-        posture = Posture(self.robot, x[best : best + 1, : len(self.robot.joints)])
+        posture = Posture(self.arm.robot, x[best : best + 1, : len(self.arm.robot.joints)])
         name = constraint.names_at(posture)[0]
         depth = describe(-float(margins[best, worst]), constraint.unit)
         raise InfeasibleError(
@@ -164,7 +159,7 @@ class LoadCaseSpace:
 
     def _feasible(self, x: Array) -> BoolArray:
         """(N,) which design points hold all constraints; the costly ones are asked last."""
-        n = len(self.robot.joints)
+        n = len(self.arm.robot.joints)
         left = np.arange(len(x))
         for costly in (False, True):
             asked = [c for c in self.constraints if c.costly == costly]
@@ -173,7 +168,7 @@ class LoadCaseSpace:
             kept = []
             for start in range(0, len(left), _CHUNK):
                 part = left[start : start + _CHUNK]
-                room = margins_at(asked, Posture(self.robot, x[part, :n]))
+                room = margins_at(asked, Posture(self.arm.robot, x[part, :n]))
                 kept.append(part[(room >= 0.0).all(axis=0)])
             left = np.concatenate(kept) if kept else left
         feasible = np.zeros(len(x), dtype=bool)
@@ -181,18 +176,18 @@ class LoadCaseSpace:
         return feasible
 
     def _configuration_margins(self, x: Array) -> Array:
-        n = len(self.robot.joints)
+        n = len(self.arm.robot.joints)
         if not self.constraints:
             return np.zeros((len(x), 0))
         chunks = []
         for start in range(0, len(x), _CHUNK):
-            posture = Posture(self.robot, x[start : start + _CHUNK, :n])
+            posture = Posture(self.arm.robot, x[start : start + _CHUNK, :n])
             chunks.append(margins_at(self.constraints, posture).T)
         return np.concatenate(chunks)
 
     def _wrench(self, x: Array) -> Array:
         """(6, N) wrenches of design points (N, d)."""
-        n, k = len(self.robot.joints), self.force.variables
+        n, k = len(self.arm.robot.joints), self.force.variables
         return np.concatenate([self.force.decode(x.T[n : n + k]), self.moment.decode(x.T[n + k :])])
 
 
@@ -228,13 +223,13 @@ class _Part:
     """One chunk of an evaluation."""
 
     def __init__(self, space: LoadCaseSpace, x: Array) -> None:
-        n = len(space.robot.joints)
+        n = len(space.arm.robot.joints)
         self.space, self.x = space, x
-        posture = Posture(space.robot, x[:, :n])
+        posture = Posture(space.arm.robot, x[:, :n])
         self.wrench = space._wrench(x)
-        self.regressor = Regressor(posture, space.springs, space.tool, self.wrench.T)
+        self.regressor = Regressor(space.arm, posture, self.wrench.T)
         self.posture = posture
-        self.markers = [posture.point(marker) for marker in space.tool.markers]
+        self.markers = [posture.point(marker) for marker in space.arm.tool.markers]
         rows, self.unwhiten = space.instrument.whiten(self.regressor.rows, self.markers)
         self.blocks = np.ascontiguousarray(rows.transpose(2, 0, 1))
         results = [constraint.at(posture) for constraint in space.constraints]
@@ -250,7 +245,7 @@ class _Part:
         self.margins = np.array(margins).reshape(len(margins), len(x)).T
 
     def pull(self, block_cotangent: Array, margin_cotangent: Array) -> Array:
-        n, k = len(self.space.robot.joints), self.space.force.variables
+        n, k = len(self.space.arm.robot.joints), self.space.force.variables
         q_bar, wrench_bar = self._pull_rows(block_cotangent)
         for pull, weight in zip(self.pulls, margin_cotangent.T, strict=False):
             if weight.any():

@@ -35,7 +35,7 @@ def check_identifiable(space: LoadCaseSpace, prior: Array, rng: np.random.Genera
         IdentifiabilityError: names the joints and says what would help.
     """
     blocks = information(space.evaluate(space.sample(400, rng)).blocks)
-    sentences = unidentifiable(space.springs.names, prior + blocks.sum(axis=0))
+    sentences = unidentifiable(space.arm.springs.names, prior + blocks.sum(axis=0))
     if sentences:
         raise IdentifiabilityError(
             "not identifiable from the allowed experiments: "
@@ -64,5 +64,5 @@ def check_count(
         what = "experiment" if count <= distinct else "configuration"
         raise IdentifiabilityError(
             f"{distinct} {what}{'s' if distinct > 1 else ''} cannot identify the {p} compliances "
-            f"{', '.join(space.springs.names)}: at least {needed} are needed"
+            f"{', '.join(space.arm.springs.names)}: at least {needed} are needed"
         )

@@ -6,6 +6,7 @@ In: what a study file says. Out: the design space, the criterion and the test po
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -51,13 +52,10 @@ class TestPose:
         object.__setattr__(self, "regressor", frozen(self.regressor))
 
 
-def test_pose(
-    robot: Robot, springs: VirtualJoints, tool: Tool, case: LoadCases, weight: float, name: str
-) -> TestPose:
+def test_pose(arm: ElasticArm, case: LoadCases, weight: float, name: str) -> TestPose:
     """Test pose of a load case: the deflection of the TCP under the process wrench."""
-    judged = replace(tool, markers=np.array([tool.tcp]), marker_names=("TCP",))
-    rows = regressor(robot, springs, judged, case)[0]
-    return TestPose(name, rows, weight, tool, case)
+    rows = regressor(replace(arm, tool=arm.tool.at_tcp), case)[0]
+    return TestPose(name, rows, weight, arm.tool, case)
 
 
 test_pose.__test__ = False  # type: ignore[attr-defined]
@@ -170,7 +168,7 @@ class Study:
         """Standard deviation of one measured coordinate [m], typical if it varies."""
         return self.instrument.sigma
 
-    @property
+    @cached_property
     def arm(self) -> ElasticArm:
         """The robot with the springs to identify and the calibration tool."""
         return ElasticArm(self.robot, self.springs, self.experiments.tool, self.gravity)
@@ -185,14 +183,7 @@ class Study:
         """The load cases to choose from."""
         e = self.experiments
         return LoadCaseSpace(
-            self.robot,
-            self.springs,
-            e.tool,
-            e.force,
-            e.moment,
-            self.constraints,
-            self.instrument,
-            self.limits,
+            self.arm, e.force, e.moment, self.constraints, self.instrument, self.limits
         )
 
     @property

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.elastic.arm import ElasticArm
 from elastocal.viewer.frames import bent_frames, magnified, rigid_frames, suitable_factor
 from elastocal.viewer.local_server import local_server, stop
 from elastocal.viewer.panel import Panel
@@ -156,7 +155,7 @@ class Live:
             self._scene.show(tool, shown.q, shown.wrench, rigid, readout.rooms)
             if readout.bending is not None and subject.model is not None:
                 seen, bent = watched(subject, tool), readout.bending
-                arm = ElasticArm(study.robot, subject.model.springs, seen, study.gravity)
+                arm = replace(study.arm, springs=subject.model.springs, tool=seen)
                 moved = magnified(bent.idle, bent.displacement, self._factor)
                 points = seen.markers @ rigid[-1][:3, :3].T + rigid[-1][:3, 3]
                 frames = bent_frames(arm, shown.q, moved)

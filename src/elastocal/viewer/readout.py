@@ -13,7 +13,6 @@ import numpy as np
 from elastocal.arrays import Array, frozen
 from elastocal.constraints import Constraint, JointLimit
 from elastocal.constraints.view import ViewConstraint
-from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.equilibrium import equilibrium, markers_at
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.planning.sensitivity import worth
@@ -94,7 +93,7 @@ def watched(subject: Subject, tool: Tool) -> Tool:
     """The tool with the points to be watched as markers: of a test pose the TCP."""
     if tool is subject.study.experiments.tool and len(tool.markers):
         return tool
-    return replace(tool, markers=np.array([tool.tcp]), marker_names=("TCP",))
+    return tool.at_tcp
 
 
 def read_out(subject: Subject, tool: Tool, q: Array, wrench: Array) -> Readout:
@@ -127,14 +126,12 @@ def bending(subject: Subject, tool: Tool, q: Array, wrench: Array) -> Bending | 
     """How the arm gives way, by the nonlinear equilibrium; None without compliances."""
     if subject.model is None:
         return None
-    arm = ElasticArm(
-        subject.study.robot, subject.model.springs, watched(subject, tool), subject.study.gravity
-    )
+    arm = replace(subject.study.arm, springs=subject.model.springs, tool=watched(subject, tool))
     p, names = len(arm.springs), arm.tool.marker_names
     # Loaded, and under the weight of the links alone.
     cases = LoadCases(np.array([q, q]), np.array([wrench, np.zeros(6)]))
     rest = equilibrium(arm, subject.model.compliance, cases)
-    if not (rest.converged.all() and (rest.stability > 0.0).all()):
+    if not rest.stable.all():
         nothing = np.zeros(p)
         problem = "the arm gives way under this load: no stable equilibrium"
         return Bending(names, np.zeros((len(names), 3)), nothing, nothing, problem)

@@ -10,6 +10,7 @@ import pytest
 
 from elastocal.constraints.cell import CollisionRules, clearances
 from elastocal.elastic.allowed_loads import FixedVector
+from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.springs import joint_springs
 from elastocal.errors import InfeasibleError
@@ -45,7 +46,7 @@ def study_of(robot: Robot, tool: Tool, shapes: list[Shape], home: np.ndarray, **
     limits = np.array([robot.lower, robot.upper])
     springs = joint_springs(robot)
     wrench = np.array([[300.0, 200.0, -1000.0, 0.0, 0.0, 0.0]])
-    pose = test_pose(robot, springs, tool, LoadCases(home[None], wrench), 1.0, "task")
+    pose = test_pose(ElasticArm(robot, springs, tool), LoadCases(home[None], wrench), 1.0, "task")
     found = clearances(robot, tool, limits, shapes, CollisionRules(**rules))
     return Study(
         robot,

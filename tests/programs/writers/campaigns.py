@@ -9,6 +9,7 @@ import numpy as np
 import elastocal as ec
 from elastocal.arrays import Array
 from elastocal.elastic.allowed_loads import FreeDirection
+from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.springs import joint_springs
 from elastocal.measuring.instrument import Isotropic
@@ -46,7 +47,7 @@ def study_for(robot: Robot, size: float = 1000.0, name: str = "study") -> Study:
     tool = Tool("bracket", np.array([0.1, 0, 0.2]), np.array([[0.1, 0, 0.2]]), ("M1",))
     springs = joint_springs(robot, None)
     case = LoadCases(np.zeros((1, len(robot.joints))), np.array([[1.0, 2, 3, 0, 0, 0]]))
-    pose = test_pose(robot, springs, tool, case, 1.0, "task")
+    pose = test_pose(ElasticArm(robot, springs, tool), case, 1.0, "task")
     z = np.array([0.0, 0, 1])
     experiments = Experiments(tool, FreeDirection(size, z), 4, None, FreeDirection(size, z))
     return Study(robot, springs, (pose,), experiments, Isotropic(1e-4), name=name)

@@ -10,6 +10,7 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, Load
+from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.springs import VirtualJoints, merged
 from elastocal.errors import ElastocalError, InputError, StudyError
@@ -236,8 +237,8 @@ def _test_pose(
     if not wrench.any():
         raise InputError(f"{name}: force and torque are zero, so nothing deflects there")
     q = configuration(robot, entry.q_deg, entry.q_mm)
-    tool = find_tool(tools, entry.tool)
-    return test_pose(robot, springs, tool, LoadCases(q[None], wrench[None]), entry.weight, name)
+    arm = ElasticArm(robot, springs, find_tool(tools, entry.tool))
+    return test_pose(arm, LoadCases(q[None], wrench[None]), entry.weight, name)
 
 
 def _experiments(entry: ExperimentsFile, tools: dict[str, Tool]) -> Experiments:
