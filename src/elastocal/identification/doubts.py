@@ -121,9 +121,7 @@ def _far_out(found: Identification, limit: float) -> Array:
     The noise alone is less than that deviation, and quickly had.
     """
     data = found.measurements
-    noise = np.sqrt(np.diagonal(data.covariance, axis1=1, axis2=2))
-    if found.how.sigma == "estimated":
-        noise = noise * found.scale
+    noise = found.noise_factor * data.deviation
     size = np.zeros(len(data))
     suspect = np.zeros(len(data.cases), dtype=bool)
     suspect[data.case[(np.abs(found.left_out) > limit * noise).any(axis=1)]] = True

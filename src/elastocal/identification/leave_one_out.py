@@ -51,7 +51,7 @@ def left_out_covariance(found: Identification, keep: BoolArray | None = None) ->
     lost = lost if keep is None else lost[keep]
     scaled[lost] = np.eye(len(scale))
     without = np.linalg.inv(scaled) * np.outer(scale, scale)
-    noise = found.scale**2 if found.how.sigma == "estimated" else 1.0
+    noise = found.noise_factor**2
     expected = noise * data.covariance
     expected = expected + free @ (found.variance * without)[data.case] @ free.transpose(0, 2, 1)
     given = found.model.covariance[np.ix_(others, others)]

@@ -85,6 +85,17 @@ class Identification:
         return self.model.standard_error[self.index]
 
     @property
+    def noise_factor(self) -> float:
+        """What promised standard deviations are multiplied by: `scale` if σ was estimated."""
+        return self.scale if self.how.sigma == "estimated" else 1.0
+
+    @property
+    def linear_shift(self) -> Array:
+        """(p,) how far the linear model would be off the estimates, in standard errors."""
+        off = np.abs(self.linear - self.compliance)
+        return np.asarray(off / np.maximum(self.standard_error, 1e-300))
+
+    @property
     def correlation(self) -> Array:
         """(p, p) correlation of the identified compliances."""
         covariance = self.model.covariance[np.ix_(self.index, self.index)]

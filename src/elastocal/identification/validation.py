@@ -80,9 +80,7 @@ class Validation:
 
     def by_experiment(self, error: Array) -> Array:
         """(N,) root mean square over the readings of each experiment of errors (R, 3) [m]."""
-        case, count = self.measurements.case, len(self.measurements.cases)
-        squares = np.bincount(case, np.sum(error**2, axis=1), count)
-        return np.sqrt(squares / np.maximum(np.bincount(case, minlength=count), 1))
+        return self.measurements.by_experiment(error)
 
 
 @dataclass(frozen=True)
@@ -154,8 +152,7 @@ def leave_one_out(found: Identification, *, confidence: float = 0.95) -> Validat
     """
     expected = left_out_covariance(found)
     # Left-out residuals depend on one another; together they say what the fit's χ² says.
-    noise = found.scale**2 if found.how.sigma == "estimated" else 1.0
-    test = (found.chi_square / noise, found.dof)
+    test = (found.chi_square / found.noise_factor**2, found.dof)
     data, dof = found.measurements, found.model.dof
     return _judged(data, found.left_out, expected, dof, confidence, test, kept_aside=False)
 

@@ -82,6 +82,26 @@ class Measurements:
     def __len__(self) -> int:
         return len(self.case)
 
+    @property
+    def deviation(self) -> Array:
+        """(R, 3) standard deviations of the coordinates [m]."""
+        return np.sqrt(np.einsum("rii->ri", self.covariance))
+
+    @property
+    def noise(self) -> float:
+        """Typical standard deviation of a coordinate [m]."""
+        return float(np.sqrt(np.einsum("rii->", self.covariance) / (3.0 * len(self))))
+
+    def by_experiment(self, error: Array) -> Array:
+        """(N,) root mean square length of errors (R, 3) of the readings of each experiment."""
+        return rms_of_groups(error, self.case, len(self.cases))
+
+
+def rms_of_groups(error: Array, group: IntArray, count: int) -> Array:
+    """(count,) root mean square length of the errors (R, 3) in each group; zero for none."""
+    squares = np.bincount(group, np.sum(error**2, axis=1), count)
+    return np.sqrt(squares / np.maximum(np.bincount(group, minlength=count), 1))
+
 
 def chosen(measurements: Measurements, keep: BoolArray) -> Measurements:
     """The readings of the experiments where `keep`, (N,), is true."""

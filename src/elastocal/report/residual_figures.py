@@ -12,6 +12,7 @@ import numpy as np
 from elastocal.drawing.stage import Stage, Vector, boxed, posed
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.identification.result import Identification
+from elastocal.measuring.measurements import rms_of_groups
 from elastocal.report.charts.axes import shortened
 from elastocal.wording.numbers import length
 
@@ -46,7 +47,7 @@ def residual_figures(found: Identification) -> ResidualFigures:
     group = found.configuration[data.case]
     size = np.linalg.norm(found.residual, axis=1)
     count = int(found.configuration.max()) + 1
-    rms = np.sqrt(np.bincount(group, size**2, count) / np.maximum(np.bincount(group), 1))
+    rms = rms_of_groups(found.residual, group, count)
     first = np.array([np.flatnonzero(found.configuration == g)[0] for g in range(count)])
     chosen = np.argsort(-rms)[:_MOST_FIGURES]
     chosen = chosen[np.argsort(first[chosen])]
@@ -55,8 +56,7 @@ def residual_figures(found: Identification) -> ResidualFigures:
     reach = max(float(np.abs(f.skeleton.points).max()) for f in figures)
     shown = np.isin(group, chosen)
     magnification = _round(_LONGEST * reach / max(float(size[shown].max()), 1e-12))
-    noise = float(np.sqrt(np.einsum("rii->", data.covariance) / (3.0 * len(data))))
-    noise *= found.scale if found.how.sigma == "estimated" and np.isfinite(found.scale) else 1.0
+    noise = found.noise_factor * data.noise
     posed_figures, captions, thinned = [], [], False
     short = shortened(data.names, 16)
     for figure, g in zip(figures, chosen.tolist(), strict=True):

@@ -23,7 +23,7 @@ def show_measurements(found: Measurements, robot: Robot) -> None:
         f"{name} {count}×" for name, count in zip(tool.marker_names, per_marker, strict=True)
     )
     out.print(Text(f"Markers of tool {tool.name!r}: {markers}"))
-    noise = 1e3 * np.sqrt(np.einsum("rii->ri", found.covariance))
+    noise = 1e3 * found.deviation
     whence = "of the readings" if found.own_uncertainty else "of the instrument"
     out.print(
         f"Noise {whence}: {noise.min():.4g} … {noise.max():.4g} mm, standard deviation of one "

@@ -1,6 +1,6 @@
 """Quantile plot: residuals against the normal distribution, with the band of chance.
 
-In: standardised residuals. Out: SVG.
+In: quantiles of the residuals. Out: SVG.
 """
 
 from __future__ import annotations
@@ -8,35 +8,18 @@ from __future__ import annotations
 import numpy as np
 from markupsafe import Markup
 
-from elastocal.arrays import Array
 from elastocal.drawing.svg import Scale, drawing, polyline, tag
+from elastocal.identification.residuals import Quantiles
 from elastocal.report.charts.axes import axis_below, axis_left
 
 _WIDTH, _HEIGHT = 400.0, 330.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 48.0, 390.0, 34.0, 282.0
-_MOST = 500  # points drawn
 
 
-def quantile_chart(values: Array, confidence: float = 0.95) -> Markup:
-    """Sorted `values`, (K,), over the quantiles they should have; the band holds each of them
-    with the given confidence.
-
-    Source: order statistics of K uniform numbers have beta distributions.
-    """
-    from scipy.special import betaincinv, ndtri
-
-    count = len(values)
-    found = np.sort(values)
-    rank = np.arange(1, count + 1)
-    if count > _MOST:  # both tails in full, the middle thinned
-        tail = np.arange(_MOST // 4)
-        middle = np.linspace(0, count - 1, _MOST // 2).astype(np.int64)
-        chosen = np.unique(np.concatenate([tail, middle, count - 1 - tail]))
-        found, rank = found[chosen], rank[chosen]
-    expected = ndtri((rank - 0.5) / count)
-    tails = 0.5 * (1.0 - confidence)
-    low = ndtri(betaincinv(rank, count - rank + 1, tails))
-    high = ndtri(betaincinv(rank, count - rank + 1, 1.0 - tails))
+def quantile_chart(quantiles: Quantiles) -> Markup:
+    """Sorted residuals over the quantiles they should have, with the band of each."""
+    found, expected = quantiles.found, quantiles.expected
+    low, high = quantiles.low, quantiles.high
     end = 1.08 * max(float(np.abs(expected).max()), 1.0)
     most = 1.05 * max(float(np.abs(found).max()), end, float(min(np.abs(low).max(), 2.0 * end)))
     across = Scale(-end, end, _LEFT, _RIGHT)

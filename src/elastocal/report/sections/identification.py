@@ -11,7 +11,14 @@ import numpy as np
 
 from elastocal.drawing.picture import portrait
 from elastocal.identification.doubts import doubts
+from elastocal.identification.residuals import (
+    left_out_rms,
+    residual_quantiles,
+    share_inside,
+    twice_the_noise,
+)
 from elastocal.identification.result import Identification
+from elastocal.identification.validation import summary
 from elastocal.report.charts.correlation import combinations_chart, correlation_chart
 from elastocal.report.charts.forest import close_up, forest_chart
 from elastocal.report.charts.leverage import leverage_chart
@@ -28,7 +35,6 @@ from elastocal.wording import worded
 from elastocal.wording.numbers import length, number, percent, plain
 from elastocal.wording.numbers import sure as sure_of
 
-_FEWEST = 8  # residual coordinates that a quantile plot needs
 _WORST = 3  # combinations shown
 
 
@@ -61,12 +67,6 @@ def identification_part(contents: Contents) -> Part | None:
     return Part("Identification", sections)
 
 
-def promised(found: Identification) -> float:
-    """Typical standard deviation of a coordinate that instrument or file promise [m]."""
-    data = found.measurements
-    return float(np.sqrt(np.einsum("rii->", data.covariance) / (3.0 * len(data))))
-
-
 def remarks(found: Identification) -> tuple[str, ...]:
     """What looks odd in the readings, and what is weak in the result."""
     return (*found.measurements.remarks, *map(worded, doubts(found)))
@@ -74,9 +74,8 @@ def remarks(found: Identification) -> tuple[str, ...]:
 
 def tiles(found: Identification) -> list[Tile]:
     """The numbers that matter most."""
-    data, sigma = found.measurements, promised(found)
-    whole = float(np.sqrt(np.mean(np.sum(data.deflection**2, axis=1))))
-    left = float(np.sqrt(np.mean(np.sum(found.residual**2, axis=1))))
+    data, sigma = found.measurements, found.measurements.noise
+    whole, left = summary(data.deflection).rms, summary(found.residual).rms
     made = [
         Tile(
             "Readings",
@@ -134,7 +133,7 @@ def _how(found: Identification) -> list[str]:
     if found.how.model == "linear":
         said.append("Fitted by the linear model: deflections of the unloaded configuration.")
     else:
-        shift = np.abs(found.linear - found.compliance) / np.maximum(found.standard_error, 1e-300)
+        shift = found.linear_shift
         worst = int(np.argmax(shift))
         said.append(
             f"Fitted on the nonlinear equilibrium in {counted(found.iterations, 'step')}. The "
@@ -154,21 +153,15 @@ def _how(found: Identification) -> list[str]:
 
 
 def _residuals(found: Identification) -> dict[str, Any]:
-    data = found.measurements
-    scale = found.scale if found.how.sigma == "estimated" else 1.0
-    sigma = scale * np.sqrt(np.einsum("rii->ri", data.covariance))
-    strips = Strips(found.residual, 2.0 * sigma, data.case, data.names, "twice the noise")
-    plot = None
-    if found.dof >= _FEWEST and np.isfinite(found.scale):
-        freedom = np.sqrt(found.dof / found.residual.size)
-        plot = quantile_chart((found.residual / sigma).ravel() / freedom)
-    inside = float((np.abs(found.residual) <= 2.0 * sigma).mean())
+    data, quantiles = found.measurements, residual_quantiles(found)
+    band = twice_the_noise(found)
+    strips = Strips(found.residual, band, data.case, data.names, "twice the noise")
     return {
         "strips": two_widths(lambda width: strips_chart(strips, width)),
         "strips_remark": strips.remark,
-        "inside": percent(inside),
+        "inside": percent(share_inside(found)),
         "estimated": found.how.sigma == "estimated",
-        "quantiles": plot,
+        "quantiles": None if quantiles is None else quantile_chart(quantiles),
         "lack": lack_of_fit_in_words(found),
     }
 
@@ -197,13 +190,8 @@ def lack_of_fit_in_words(found: Identification) -> str:
 
 
 def _influence(found: Identification) -> dict[str, Any]:
-    data = found.measurements
-    scale = found.scale if found.how.sigma == "estimated" else 1.0
-    sigma = scale * np.sqrt(np.einsum("rii->ri", data.covariance))
+    data, left_out = found.measurements, left_out_rms(found)
     count = len(data.cases)
-    squares = np.bincount(data.case, np.sum((found.left_out / sigma) ** 2, axis=1), count)
-    readings = np.maximum(np.bincount(data.case, minlength=count), 1)
-    left_out = np.sqrt(squares / (3.0 * readings))
     own = found.influence
     chart = leverage_chart(own.leverage, left_out, own.cook, data.names, float(own.leverage.mean()))
     cook = np.where(np.isfinite(own.cook), own.cook, np.inf)

@@ -22,7 +22,6 @@ from elastocal.report.sections.compensation import (
     expected,
     rms,
 )
-from elastocal.report.sections.identification import promised
 from elastocal.report.sections.identification import remarks as identification_remarks
 from elastocal.report.sections.monte_carlo import monte_carlo_remarks
 from elastocal.report.sections.provenance import robot_of
@@ -121,7 +120,7 @@ def _identified(found: Identification) -> Step:
         f"{counted(len(found.measurements.cases), 'experiment')}."
     )
     if np.isfinite(found.scale):
-        sigma = promised(found)
+        sigma = found.measurements.noise
         said += f" Noise found: σ = {length(found.scale * sigma)}, promised {length(sigma)}."
     largest = float(relative[worst])
     value = f"± {number(100.0 * largest, 2)} %" if largest < 1.0 else "± over 100 %"
