@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from elastocal.arrays import Array
 from elastocal.robot.rotations import (
+    frame_about,
     from_quaternions,
     from_rotation_vectors,
     from_zyx_angles,
@@ -54,3 +55,11 @@ def test_small_turns_keep_their_digits(values: list[float]) -> None:
     vector = np.array([values])
     found = rotation_vectors(from_rotation_vectors(vector))
     np.testing.assert_allclose(found, vector, rtol=1e-10, atol=1e-15)
+
+
+@pytest.mark.parametrize("axis", [*np.eye(3), *-np.eye(3), [0.6, 0.0, 0.8], [-0.48, 0.6, 0.64]])
+def test_a_frame_about_an_axis_turns_z_to_it(axis: list[float]) -> None:
+    frame = frame_about(np.array(axis))
+    np.testing.assert_array_equal(frame[:, 2], axis)
+    np.testing.assert_allclose(frame.T @ frame, np.eye(3), atol=1e-15)
+    assert np.linalg.det(frame) == pytest.approx(1.0, abs=1e-15)

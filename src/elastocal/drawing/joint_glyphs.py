@@ -14,6 +14,7 @@ import numpy as np
 
 from elastocal.arrays import Array, BoolArray
 from elastocal.drawing.projection import Projection
+from elastocal.robot.rotations import frame_about
 
 _SWEEP = np.radians(290.0)
 _STEPS = (0.0, 1.0, -1.0, 1.8, -1.8, 2.6, -2.6, 3.4, -3.4)
@@ -73,10 +74,7 @@ def glyphs(
 
 def _arc(centre: Array, axis: Array, radius: float, view: Projection) -> Array:
     """(K, 3) arc about the axis that ends where one sees its direction best, in front."""
-    helper = np.eye(3)[np.argmin(np.abs(axis))]
-    u = np.cross(helper, axis)
-    u /= np.linalg.norm(u)
-    v = np.cross(axis, u)
+    u, v, _ = frame_about(axis).T
     angles = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)
     along = -np.outer(np.sin(angles), u) + np.outer(np.cos(angles), v)
     out = np.outer(np.cos(angles), u) + np.outer(np.sin(angles), v)

@@ -12,6 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from elastocal.arrays import Array, IntArray
+from elastocal.robot.rotations import frame_about
 
 
 @dataclass(frozen=True)
@@ -96,8 +97,6 @@ def arrow(start: Array, along: Array, radius: float) -> Solid:
 
 def circle(normal: Array, sides: int) -> Array:
     """(sides, 3) unit vectors square to `normal`, once around it."""
-    normal = normal / np.linalg.norm(normal)
-    first = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
-    first /= np.linalg.norm(first)
+    x, y, _ = -frame_about(normal / np.linalg.norm(normal)).T
     angles = 2.0 * np.pi * np.arange(sides) / sides
-    return np.outer(np.cos(angles), first) + np.outer(np.sin(angles), np.cross(normal, first))
+    return np.outer(np.cos(angles), x) + np.outer(np.sin(angles), y)

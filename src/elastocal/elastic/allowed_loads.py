@@ -13,6 +13,7 @@ import numpy as np
 
 from elastocal.arrays import Array, frozen
 from elastocal.errors import InputError
+from elastocal.robot.rotations import frame_about
 
 
 @dataclass(frozen=True)
@@ -109,14 +110,11 @@ class FreeDirection:
         cosine = rng.uniform(np.cos(self.half_angle), 1.0, count)
         turn = rng.uniform(0.0, 2.0 * np.pi, count)
         sine = np.sqrt(1.0 - cosine**2)
-        helper = np.eye(3)[np.argmin(np.abs(self.axis))]
-        side = np.cross(self.axis, helper)
-        side /= np.linalg.norm(side)
-        other = np.cross(self.axis, side)
+        x, y, _ = -frame_about(self.axis).T
         return (
             np.outer(self.axis, cosine)
-            + np.outer(side, sine * np.cos(turn))
-            + np.outer(other, sine * np.sin(turn))
+            + np.outer(x, sine * np.cos(turn))
+            + np.outer(y, sine * np.sin(turn))
         )
 
     def margin(self, vectors: Array) -> Array:

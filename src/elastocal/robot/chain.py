@@ -13,6 +13,7 @@ import numpy as np
 
 from elastocal.arrays import Array, BoolArray, frozen, unset
 from elastocal.errors import InputError
+from elastocal.robot.rotations import frame_about
 from elastocal.robot.shapes import BodyMass, Shape
 
 
@@ -204,7 +205,7 @@ def T_body_joint(robot: Robot, body: int) -> Array:
     """
     if body == 0:
         return np.eye(4)
-    return transform(_rotation_taking_z_to(robot.joints[body - 1].axis).T)
+    return transform(frame_about(robot.joints[body - 1].axis).T)
 
 
 def _normal_form(joints: tuple[Joint, ...], T_tip_flange: Array) -> Array:
@@ -212,16 +213,8 @@ def _normal_form(joints: tuple[Joint, ...], T_tip_flange: Array) -> Array:
     links = []
     undo = np.eye(4)
     for joint in joints:
-        to_axis = transform(_rotation_taking_z_to(joint.axis))
+        to_axis = transform(frame_about(joint.axis))
         links.append(undo @ joint.T_parent_joint @ to_axis)
         undo = to_axis.T
     links.append(undo @ T_tip_flange)
     return np.array(links)
-
-
-def _rotation_taking_z_to(axis: Array) -> Array:
-    """A rotation whose third column is the unit vector `axis`."""
-    helper = np.eye(3)[np.argmin(np.abs(axis))]
-    x = np.cross(helper, axis)
-    x /= np.linalg.norm(x)
-    return np.column_stack([x, np.cross(axis, x), axis])

@@ -78,6 +78,14 @@ def from_zyx_angles(angles: Array) -> Array:
     return np.asarray(turns[0] @ turns[1] @ turns[2])
 
 
+def frame_about(axis: Array) -> Array:
+    """(3, 3) a rotation that takes z to the unit vector `axis`, its last column."""
+    helper = np.eye(3)[np.argmin(np.abs(axis))]  # the base axis that is farthest from it
+    x = np.cross(helper, axis)
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(axis, x), axis])
+
+
 def _skew(v: Array) -> Array:
     """(N, 3, 3) matrices of the cross products with v (N, 3)."""
     result = np.zeros((len(v), 3, 3))

@@ -19,6 +19,7 @@ from elastocal.drawing.shape_solids import round_ball, solid_of
 from elastocal.drawing.solids import Solid, tube, union
 from elastocal.errors import InputError
 from elastocal.robot.chain import Joint, Robot, Tool
+from elastocal.robot.rotations import frame_about
 from elastocal.robot.shapes import Shape
 
 Colour = tuple[int, int, int]
@@ -162,10 +163,7 @@ def _drum(joint: Joint, link: Array, radius: float) -> Solid:
 
 def _turned(solid: Solid, axis: Array) -> Solid:
     """A solid about z, turned to be about `axis`."""
-    side = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
-    side /= np.linalg.norm(side)
-    rotation = np.column_stack([side, np.cross(axis, side), axis])
-    return Solid(solid.vertices @ rotation.T, solid.triangles)
+    return Solid(solid.vertices @ frame_about(axis).T, solid.triangles)
 
 
 def tool_parts(robot: Robot, tool: Tool) -> tuple[Part, ...]:

@@ -12,6 +12,7 @@ import numpy as np
 
 from elastocal.arrays import Array, frozen, unset
 from elastocal.constraints.collision.mesh import convex_hull, hulls
+from elastocal.robot.rotations import frame_about
 from elastocal.robot.shapes import Shape
 
 LINK_PARTS = 3
@@ -69,7 +70,7 @@ def capsule(name: str, body: int, start: Array, end: Array, radius: float) -> So
     along = np.asarray(end, dtype=float) - start
     length = float(np.linalg.norm(along))
     pose = np.eye(4)
-    pose[:3, :3] = _turned_to(along / length if length > 0.0 else np.array([0.0, 0.0, 1.0]))
+    pose[:3, :3] = frame_about(along / length if length > 0.0 else np.array([0.0, 0.0, 1.0]))
     pose[:3, 3] = (np.asarray(start) + end) / 2.0
     segment = np.array([start, end])
     return Solid(name, body, "capsule", np.array([radius, length]), pose, segment, radius, True)
@@ -155,10 +156,3 @@ def bounding_capsule(points: Array) -> tuple[Array, float]:
             best = volume, segment, radius
     assert best is not None
     return best[1], best[2]
-
-
-def _turned_to(axis: Array) -> Array:
-    """(3, 3) a rotation that takes z to `axis`."""
-    x = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
-    x /= np.linalg.norm(x)
-    return np.column_stack([x, np.cross(axis, x), axis])
