@@ -6,8 +6,8 @@ import numpy as np
 
 from elastocal.design.criterion import Criterion, InformationFunction
 from elastocal.design.matrix_means import MatrixMean
+from elastocal.design.minimax import PowerMean, Worst, floored
 from elastocal.design.test_pose import TestPosePrecision
-from elastocal.design.worst import PowerMean, Worst, floored
 from elastocal.elastic.allowed_loads import FixedVector
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from elastocal.design.criterion import InformationFunction
 from elastocal.design.matrix_means import MatrixMean
+from elastocal.design.minimax import PowerMean, Worst
 from elastocal.design.test_pose import TestPosePrecision
-from elastocal.design.worst import PowerMean, Worst
 from elastocal.errors import InputError
 from elastocal.study.criteria import CRITERIA, criterion_of, losses, mean_test_pose
 from tests.design.examples import (

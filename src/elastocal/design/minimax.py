@@ -11,18 +11,30 @@ from elastocal.design.criterion import InformationFunction
 from elastocal.design.test_pose import TestPosePrecision
 
 
-class Worst(InformationFunction):
-    """φ(M) = min_k φ_k(M), again an information function.
-
-    The gradient mixes those of the members with weights of sum 1 that fall off as a power of
-    φ_k: every such mixture bounds the minimum from above. Source: ours.
-    """
+class _Several(InformationFunction):
+    """A function of several information functions."""
 
     def __init__(self, members: Sequence[InformationFunction], sharpness: float = 300.0) -> None:
         """`members` are the φ_k, all in the same unit."""
         if not members:
             raise ValueError("the worst of no criteria is not defined")
         self.members, self.sharpness = tuple(members), sharpness
+
+    def _mixture(self, information: Array) -> tuple[Array, Array]:
+        """Gradients of the members with weights (K, B) that fall off as a power of φ_k, summed."""
+        values = np.array([member.value(information) for member in self.members])
+        least = np.maximum(values.min(axis=0), np.finfo(float).tiny)
+        powers = (np.maximum(values, least) / least) ** (-self.sharpness - 1.0)
+        gradients = np.array([member.gradient(information) for member in self.members])
+        return np.einsum("kb,kbij->bij", powers, gradients), powers
+
+
+class Worst(_Several):
+    """φ(M) = min_k φ_k(M), again an information function.
+
+    The gradient mixes those of the members with weights of sum 1: every such mixture bounds the
+    minimum from above. Source: ours.
+    """
 
     def value(self, information: Array) -> Array:
         return np.min([member.value(information) for member in self.members], axis=0)
@@ -37,15 +49,8 @@ class Worst(InformationFunction):
             return self.members[0].smooth
         return PowerMean(self.members, self.sharpness)
 
-    def _mixture(self, information: Array) -> tuple[Array, Array]:
-        values = np.array([member.value(information) for member in self.members])
-        least = np.maximum(values.min(axis=0), np.finfo(float).tiny)
-        powers = (np.maximum(values, least) / least) ** (-self.sharpness - 1.0)
-        gradients = np.array([member.gradient(information) for member in self.members])
-        return np.einsum("kb,kbij->bij", powers, gradients), powers
 
-
-class PowerMean(Worst):
+class PowerMean(_Several):
     """(Σ φ_k^−s)^(−1/s): smooth, below the minimum, within K^(1/s) of it."""
 
     def value(self, information: Array) -> Array:
@@ -60,10 +65,6 @@ class PowerMean(Worst):
         gradient, powers = self._mixture(information)
         total = (powers ** (self.sharpness / (self.sharpness + 1.0))).sum(axis=0)
         return gradient * (total ** (-1.0 / self.sharpness - 1.0))[:, None, None]
-
-    @property
-    def smooth(self) -> InformationFunction:
-        return self
 
 
 def floored(criterion: InformationFunction, scale: Array, share: float) -> InformationFunction:

@@ -14,9 +14,9 @@ import numpy as np
 from elastocal.arrays import Array
 from elastocal.design.criterion import Criterion
 from elastocal.design.matrix_means import MatrixMean
+from elastocal.design.minimax import Worst
 from elastocal.design.observability import SingularValueRatio
 from elastocal.design.test_pose import TestPosePrecision
-from elastocal.design.worst import Worst
 from elastocal.elastic.springs import VirtualJoints
 from elastocal.errors import InputError
 from elastocal.study.study import Study
