@@ -10,10 +10,10 @@ import pytest
 
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InputError
+from elastocal.motion.pace import SLIDING_SPEED, SPEED, Pace, for_robot
 from elastocal.motion.schedule import schedule
 from elastocal.motion.tour import EXACT, best_order, shortest_tour, travel_times
 from elastocal.robot.sources import kuka_kr270
-from elastocal.study.pace import SLIDING_SPEED, SPEED, Pace, for_robot
 from tests.arms import random_chain
 
 WEIGHT = np.array([0.0, 0.0, -2500.0, 0.0, 0.0, 0.0])

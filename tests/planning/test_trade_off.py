@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from elastocal.design.exact import Effort
+from elastocal.motion.pace import Pace
 from elastocal.planning.trade_off import time_trade_off
 from elastocal.report.charts.hours import hours_chart, named
-from elastocal.study.pace import Pace
 from tests.paper.problems import kr270, three_link_study
 from tests.paper.published import A0
 

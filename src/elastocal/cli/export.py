@@ -88,11 +88,9 @@ def export(
 
 def _home(study: Study, text: str | None) -> Array | None:
     """Home as given; that of the study where motions are watched; else none."""
-    from elastocal.motion.margins import watched
-
     if text is not None:
         return study.coupling.to_model(home_values(text, study.robot)[None])[0]
-    return study.pace.home if watched(study) else None
+    return study.pace.home if study.motion_space.clearances else None
 
 
 def write_program(

@@ -1,1 +1,1 @@
-"""From one configuration to the next: margins, ways around, order, hours."""
+"""From one configuration to the next: pace, margins, ways around, order, hours."""

@@ -1,13 +1,13 @@
 """Motion: how near straight motions in joint space come to anything that must not be touched.
 
-In: a study, starts and goals. Out: the least margin along each motion, with where and what. Nothing
-is skipped between samples: an interval of a motion is only left when the distance at its middle is
-more than any point can move within it.
+In: a motion space, starts and goals. Out: the least margin along each motion, with where and what.
+Nothing is skipped between samples: an interval of a motion is only left when the distance at its
+middle is more than any point can move within it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,9 +15,9 @@ import numpy as np
 from elastocal.arrays import Array, BoolArray, IntArray, frozen
 from elastocal.constraints import Clearance
 from elastocal.constraints.collision.distance import Pairs, nearest
+from elastocal.motion.space import MotionSpace
 from elastocal.robot.chain import Robot
 from elastocal.robot.posture import Posture
-from elastocal.study.study import Study
 
 TOLERANCE = 1e-3
 """Margins along a motion are known to this [m], on the safe side."""
@@ -47,18 +47,13 @@ class MotionMargins:
         return np.asarray(self.margin >= 0.0)
 
 
-def watched(study: Study) -> tuple[Clearance, ...]:
-    """The clearances among the constraints of a study."""
-    return tuple(c for c in study.constraints if isinstance(c, Clearance))
-
-
 def motion_margins(
-    study: Study, starts: Array, goals: Array, *, enough: float = 0.02, decide: bool = False
+    space: MotionSpace, starts: Array, goals: Array, *, enough: float = 0.02, decide: bool = False
 ) -> MotionMargins:
     """Least margin along M straight motions in joint space.
 
     Args:
-        study: The study, with its clearances.
+        space: The robot and its clearances.
         starts: (M, n) where they start [rad or m].
         goals: (M, n) where they end.
         enough: Margins above this are not measured [m].
@@ -70,8 +65,8 @@ def motion_margins(
     margin, share = np.full(count, enough), np.zeros(count)
     distance = np.full(count, np.inf)
     words = [""] * count
-    for clearance in watched(study):
-        found = _least(study.robot, clearance, starts, goals, enough, decide)
+    for clearance in space.clearances:
+        found = _least(space.robot, clearance, starts, goals, enough, decide)
         for i in np.flatnonzero(found[0] < margin).tolist():
             margin[i], share[i], distance[i] = found[0][i], found[1][i], found[2][i]
             first, second = clearance.pairs.of(int(found[3][i]))
@@ -132,15 +127,9 @@ def relative_speed(robot: Robot, pairs: Pairs, starts: Array, goals: Array) -> A
     return speed
 
 
-def motions_free(study: Study) -> Callable[[Array, Array], BoolArray] | None:
-    """Says of (K, n) starts and goals which straight motions are free; None if all are."""
-    if not watched(study):
-        return None
-
-    def free(starts: Array, goals: Array) -> BoolArray:
-        return motion_margins(study, starts, goals, enough=0.0, decide=True).free
-
-    return free
+def motions_free(space: MotionSpace, starts: Array, goals: Array) -> BoolArray:
+    """(M,) which of the straight motions from (M, n) starts to goals are free."""
+    return motion_margins(space, starts, goals, enough=0.0, decide=True).free
 
 
 def hits(margins: MotionMargins, i: int) -> str:
@@ -160,20 +149,20 @@ Vias = Sequence[Array]
 """S + 1 arrays (K, n): configurations passed on the way to each load case, then to home."""
 
 
-def motion_violations(study: Study, q: Array, via: Vias = ()) -> tuple[str, ...]:
+def motion_violations(space: MotionSpace, q: Array, via: Vias = ()) -> tuple[str, ...]:
     """One sentence for every motion of a plan that is not allowed.
 
     Args:
-        study: The study, with home and clearances.
+        space: The robot, home and clearances.
         q: (S, n) configurations in order of execution [rad or m].
         via: Configurations passed in between; none if empty.
     """
-    if not watched(study) or not len(q):
+    if not space.clearances or not len(q):
         return ()
-    legs = legs_of(study.pace.home, q, via)
+    legs = legs_of(space.pace.home, q, via)
     starts = np.concatenate([leg[:-1] for leg in legs])
     goals = np.concatenate([leg[1:] for leg in legs])
-    margins = motion_margins(study, starts, goals)
+    margins = motion_margins(space, starts, goals)
     found, at = [], 0
     for k, leg in enumerate(legs):
         parts = len(leg) - 1

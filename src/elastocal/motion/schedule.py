@@ -6,15 +6,15 @@ changing loads, for every stop. An estimate for planning, not a promise.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
 from elastocal.elastic.load_cases import LoadCases
+from elastocal.motion.margins import Vias, legs_of
+from elastocal.motion.pace import Pace
 from elastocal.motion.tour import travel_times
-from elastocal.study.pace import Pace
 
 
 @dataclass(frozen=True)
@@ -68,9 +68,7 @@ class Schedule:
         return self.total / 3600.0
 
 
-def schedule(
-    cases: LoadCases, repeats: IntArray, pace: Pace, via: Sequence[Array] = ()
-) -> Schedule:
+def schedule(cases: LoadCases, repeats: IntArray, pace: Pace, via: Vias = ()) -> Schedule:
     """Times of a campaign that executes `cases` in this order.
 
     The first load is put on before the first stop: that is a change of load, too.
@@ -82,9 +80,7 @@ def schedule(
         via: S + 1 arrays (K, n) of configurations passed on the way; none if empty.
     """
     count = len(cases)
-    stops = [pace.home, *cases.q, pace.home]
-    between = via or [np.zeros((0, len(pace.home)))] * (count + 1)
-    ways = [np.vstack([stops[k], between[k], stops[k + 1]]) for k in range(count + 1)]
+    ways = legs_of(pace.home, cases.q, via)
     legs = np.array(
         [np.diagonal(travel_times(way[:-1], way[1:], pace.speed)).sum() for way in ways]
     )

@@ -14,7 +14,7 @@ import numpy as np
 
 from elastocal.arrays import Array, BoolArray, IntArray, frozen
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.study.pace import Pace
+from elastocal.motion.pace import Pace
 
 MotionCheck = Callable[[Array, Array], BoolArray]
 """(K, n) starts, (K, n) goals -> (K,) whether the joint motion between them is free."""

@@ -1,7 +1,7 @@
 """Detour: configurations to pass when the straight motion between two others is blocked.
 
-In: a study, start and goal. Out: via points, or None. First one point is tried, home or a random
-free configuration, the shortest way first; then two trees grow towards each other.
+In: a motion space, start and goal. Out: via points, or None. First one point is tried, home or a
+random free configuration, the shortest way first; then two trees grow towards each other.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from elastocal.motion.margins import (
     legs_of,
     motion_margins,
     motion_violations,
-    watched,
+    motions_free,
 )
+from elastocal.motion.space import MotionSpace
 from elastocal.robot.posture import Posture
-from elastocal.study.study import Study
 
 _SINGLE = 200  # random configurations tried as the one via point
 _TRIES = 1000  # random targets for the two trees
@@ -34,11 +34,11 @@ class UnreachableError(InfeasibleError):
         self.q = q
 
 
-def detours(study: Study, q: Array, *, seed: int = 0) -> tuple[Array, ...]:
+def detours(space: MotionSpace, q: Array, *, seed: int = 0) -> tuple[Array, ...]:
     """Via points that make every motion of a plan free; empty if none are needed.
 
     Args:
-        study: The study, with home and clearances.
+        space: The robot, home and clearances.
         q: (S, n) configurations in order of execution [rad or m].
         seed: Of the random search.
 
@@ -48,11 +48,11 @@ def detours(study: Study, q: Array, *, seed: int = 0) -> tuple[Array, ...]:
     Raises:
         UnreachableError: no way was found; names the motion and what is in its way.
     """
-    if not watched(study) or not len(q):
+    if not space.clearances or not len(q):
         return ()
-    straight = legs_of(study.pace.home, q)
+    straight = legs_of(space.pace.home, q)
     starts, goals = (np.array([leg[end] for leg in straight]) for end in (0, -1))
-    margins = motion_margins(study, starts, goals)
+    margins = motion_margins(space, starts, goals)
     if margins.free.all():
         return ()
     found: list[Array] = []
@@ -61,11 +61,11 @@ def detours(study: Study, q: Array, *, seed: int = 0) -> tuple[Array, ...]:
         between = route[:0]
         if not margins.free[k]:
             rng = np.random.default_rng([seed, k])
-            way = way_around(study, leg[0], leg[1], rng)
+            way = way_around(space, leg[0], leg[1], rng)
             if way is None and k == len(q):
                 way = route[::-1]  # home the way it came
             elif way is None and k > 0:
-                way = _over_home(study, route, leg[1], rng)
+                way = _over_home(space, route, leg[1], rng)
             if way is None:
                 raise UnreachableError(
                     f"no motion without collision was found {leg_name(k, len(q))}: the straight "
@@ -75,29 +75,31 @@ def detours(study: Study, q: Array, *, seed: int = 0) -> tuple[Array, ...]:
             between = way
         found.append(between)
         route = np.vstack([route, *leg[:1][: min(k, 1)], between])
-    left = motion_violations(study, q, found)
+    left = motion_violations(space, q, found)
     if left:
         raise InfeasibleError(left[0])
     return tuple(found)
 
 
-def _over_home(study: Study, route: Array, goal: Array, rng: np.random.Generator) -> Array | None:
+def _over_home(
+    space: MotionSpace, route: Array, goal: Array, rng: np.random.Generator
+) -> Array | None:
     """Back to home the way the robot came, and from there to `goal`."""
-    home = study.pace.home
-    forth = way_around(study, home, goal, rng)
+    home = space.pace.home
+    forth = way_around(space, home, goal, rng)
     return None if forth is None else np.vstack([route[::-1], home, forth])
 
 
-def refuse_home(study: Study) -> None:
+def refuse_home(space: MotionSpace) -> None:
     """Refuse a home at which the robot collides.
 
     Raises:
         InfeasibleError: names what touches what.
     """
-    home = study.pace.home[None]
-    if not watched(study):
+    home = space.pace.home[None]
+    if not space.clearances:
         return
-    margins = motion_margins(study, home, home)
+    margins = motion_margins(space, home, home)
     if not margins.free[0]:
         raise InfeasibleError(
             f"home is no place to start from: the robot {hits(margins, 0).rsplit(' at ', 1)[0]}; "
@@ -105,36 +107,34 @@ def refuse_home(study: Study) -> None:
         )
 
 
-def way_around(study: Study, start: Array, goal: Array, rng: np.random.Generator) -> Array | None:
+def way_around(
+    space: MotionSpace, start: Array, goal: Array, rng: np.random.Generator
+) -> Array | None:
     """(K, n) configurations to pass from `start` to `goal`, None if no way was found."""
-    lower, upper = study.limits
+    lower, upper = space.limits
     draws = rng.uniform(lower, upper, (_SINGLE, len(start)))
-    draws = np.vstack([study.pace.home, (start + goal) / 2.0, draws])
-    draws = draws[_free(study, draws)]
-    speed = study.pace.speed
+    draws = np.vstack([space.pace.home, (start + goal) / 2.0, draws])
+    draws = draws[_free(space, draws)]
+    speed = space.pace.speed
     length = (np.abs(draws - start) / speed).max(axis=1) + (np.abs(goal - draws) / speed).max(
         axis=1
     )
     draws = draws[np.argsort(length, kind="stable")]
     for begin in range(0, len(draws), 32):
         via = draws[begin : begin + 32]
-        there = _motion_free(study, np.broadcast_to(start, via.shape), via)
-        there[there] = _motion_free(study, via[there], np.broadcast_to(goal, via[there].shape))
+        there = motions_free(space, np.broadcast_to(start, via.shape), via)
+        there[there] = motions_free(space, via[there], np.broadcast_to(goal, via[there].shape))
         if there.any():
             return via[np.flatnonzero(there)[:1]]
-    path = _connected(study, start, goal, rng)
-    return None if path is None else _shortened(study, path)[1:-1]
+    path = _connected(space, start, goal, rng)
+    return None if path is None else _shortened(space, path)[1:-1]
 
 
-def _free(study: Study, q: Array) -> BoolArray:
+def _free(space: MotionSpace, q: Array) -> BoolArray:
     """(N,) which configurations keep what is to be kept while moving."""
-    posture = Posture(study.robot, q)
-    room = [c.at(posture)[0] + c.keep - c.keep_moving for c in watched(study)]
+    posture = Posture(space.robot, q)
+    room = [c.at(posture)[0] + c.keep - c.keep_moving for c in space.clearances]
     return np.asarray(np.min(room, axis=0) > 0.0)
-
-
-def _motion_free(study: Study, starts: Array, goals: Array) -> BoolArray:
-    return motion_margins(study, starts, goals, enough=0.0, decide=True).free
 
 
 class _Tree:
@@ -161,24 +161,24 @@ class _Tree:
 
 
 def _connected(
-    study: Study, start: Array, goal: Array, rng: np.random.Generator
+    space: MotionSpace, start: Array, goal: Array, rng: np.random.Generator
 ) -> list[Array] | None:
     """A free path of straight motions, None if the trees do not meet.
 
     Source: Kuffner & LaValle 2000, RRT-Connect.
     """
-    lower, upper = study.limits
-    speed = study.pace.speed
+    lower, upper = space.limits
+    speed = space.pace.speed
     step = _STEP * float(np.linalg.norm((upper - lower) / speed))
     ours, other, swapped = _Tree(start), _Tree(goal), False
     for _ in range(_TRIES):
         target = rng.uniform(lower, upper)
-        node = _extend(study, ours, target, step)
+        node = _extend(space, ours, target, step)
         if node is not None:
             meeting = ours.q[node]
             reached: int | None = 0
             while reached is not None:
-                reached = _extend(study, other, meeting, step)
+                reached = _extend(space, other, meeting, step)
                 if reached is not None and np.array_equal(other.q[reached], meeting):
                     path = [*ours.branch(node), *other.branch(reached)[-2::-1]]
                     return path[::-1] if swapped else path
@@ -186,24 +186,24 @@ def _connected(
     return None
 
 
-def _extend(study: Study, tree: _Tree, target: Array, step: float) -> int | None:
+def _extend(space: MotionSpace, tree: _Tree, target: Array, step: float) -> int | None:
     """A new node towards `target`, at most one step away; None if the motion is blocked."""
-    near = tree.nearest(target, study.pace.speed)
+    near = tree.nearest(target, space.pace.speed)
     way = target - tree.q[near]
-    length = float(np.linalg.norm(way / study.pace.speed))
+    length = float(np.linalg.norm(way / space.pace.speed))
     q = target if length <= step else tree.q[near] + way * (step / length)
-    if not _motion_free(study, tree.q[near][None], q[None])[0]:
+    if not motions_free(space, tree.q[near][None], q[None])[0]:
         return None
     return tree.add(q, near)
 
 
-def _shortened(study: Study, path: list[Array]) -> Array:
+def _shortened(space: MotionSpace, path: list[Array]) -> Array:
     """The path without points that a straight motion can leave out."""
     points = list(path)
     i = 0
     while i < len(points) - 2:
         ends = np.array(points[i + 2 :][::-1])
-        free = _motion_free(study, np.broadcast_to(points[i], ends.shape), ends)
+        free = motions_free(space, np.broadcast_to(points[i], ends.shape), ends)
         if free.any():
             last = len(points) - 1 - int(np.flatnonzero(free)[0])
             del points[i + 1 : last]

@@ -75,7 +75,7 @@ def evaluate(
     bound = confirmed(study, bound, x, np.random.default_rng(0))
     proof = certificate(study, bound, worth, study.experiments.count)
     open_ends = tuple(unidentifiable(study.springs.names, worth.information))
-    collisions = motion_violations(study, cases.q, via)
+    collisions = motion_violations(study.motion_space, cases.q, via)
     objections = [*worth.violations, *collisions, *_false_claims(study, worth, proof, claims)]
     view = visibility(study, cases)
     return Evaluation(worth, proof, tuple(objections), open_ends, collisions, view)

@@ -6,6 +6,7 @@ In: a `Study`. Out: a `Plan`. Nothing is printed or written.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -95,7 +96,7 @@ def plan(
     rng = np.random.default_rng(seed)
     space, m = study.space, study.experiments.count
     distinct = min(m, study.experiments.max_configurations or m)
-    refuse_home(study)
+    refuse_home(study.motion_space)
     check_identifiable(space, study.prior, rng)
     check_count(space, study.prior, m, distinct, rng)
     tell = progress or (lambda what, share: None)
@@ -142,7 +143,7 @@ def _searched(
 
     Configurations to which no way leads are ruled out one by one, with what is near them.
     """
-    space, m = study.space, study.experiments.count
+    space, motions, m = study.space, study.motion_space, study.experiments.count
     distinct = min(study.experiments.max_configurations or m, m, _enough(len(study.springs)))
     avoid: tuple[Constraint, ...] = ()
     while True:
@@ -158,10 +159,10 @@ def _searched(
             progress=lambda what, share: tell(what, 0.4 + 0.6 * share),
         )
         cases, free = simplify(study, space.load_cases(design.x))
-        order = best_order(cases, study.pace, free=motions_free(study)).sequence
+        order = best_order(cases, study.pace, free=partial(motions_free, motions)).sequence
         cases = LoadCases(cases.q[order], cases.wrench[order])
         try:
-            via = detours(study, cases.q, seed=seed)
+            via = detours(motions, cases.q, seed=seed)
         except UnreachableError as error:
             if len(avoid) == _UNREACHABLE:
                 raise

@@ -68,7 +68,7 @@ def check(study: Study, *, seed: int = 0) -> Checkup:
     try:
         check_identifiable(space, study.prior, rng)
         check_count(space, study.prior, experiments.count, distinct, rng)
-        refuse_home(study)
+        refuse_home(study.motion_space)
     except ElastocalError as error:
         problem = error
     poses = None

@@ -15,7 +15,8 @@ from elastocal.arrays import Array, IntArray
 from elastocal.constraints import describe, margins_at
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InfeasibleError, InputError
-from elastocal.motion.margins import Vias, hits, motion_margins, watched
+from elastocal.motion.margins import Vias, hits, motion_margins
+from elastocal.motion.space import MotionSpace
 from elastocal.planning.assessment import TOLERANCE, assess
 from elastocal.programs.approach import approaches
 from elastocal.programs.robot_program import (
@@ -98,20 +99,20 @@ def campaign_program(
         speed=speed,
         provenance=Provenance(study.name, digest),
         notes=(*_notes(bool(start), same), *notes),
-        watched=bool(watched(study)),
+        watched=bool(study.motion_space.clearances),
     )
-    _refuse_collisions(study, program)
+    _refuse_collisions(study.motion_space, program)
     return program
 
 
-def _refuse_collisions(study: Study, program: RobotProgram) -> None:
+def _refuse_collisions(space: MotionSpace, program: RobotProgram) -> None:
     """Refuse a program in which a motion from target to target collides."""
     order = [step.target for step in program.steps if isinstance(step, Move)]
     pairs = list(dict.fromkeys(pairwise(order)))
-    if not pairs or not watched(study):
+    if not pairs or not space.clearances:
         return
     starts, goals = (program.targets[[pair[end] for pair in pairs]] for end in (0, 1))
-    margins = motion_margins(study, starts, goals)
+    margins = motion_margins(space, starts, goals)
     for i in np.flatnonzero(~margins.free).tolist():
         names = [program.target_names[target] for target in pairs[i]]
         raise InfeasibleError(f"the motion from {names[0]} to {names[1]} {hits(margins, i)}")

@@ -1,1 +1,1 @@
-"""What a campaign is: test poses, experiments, cell, pace, criteria."""
+"""What a campaign is: test poses, experiments, cell, criteria."""

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from elastocal.arrays import Array, frozen, unset
-from elastocal.constraints import Constraint, JointLimit
+from elastocal.constraints import Clearance, Constraint, JointLimit
 from elastocal.elastic.allowed_loads import FixedVector, Load
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
@@ -19,11 +19,12 @@ from elastocal.elastic.regressor import regressor
 from elastocal.elastic.springs import VirtualJoints, joint_springs
 from elastocal.errors import InputError
 from elastocal.measuring.instrument import Instrument
+from elastocal.motion.pace import Pace, for_robot
+from elastocal.motion.space import MotionSpace
 from elastocal.robot.chain import Robot, Tool
 from elastocal.robot.controller_axes import Coupling, uncoupled
 from elastocal.robot.pose_check import KnownPose
 from elastocal.study.experiment_space import LoadCaseSpace
-from elastocal.study.pace import Pace, for_robot
 
 
 @dataclass(frozen=True)
@@ -185,6 +186,12 @@ class Study:
         return LoadCaseSpace(
             self.arm, e.force, e.moment, self.constraints, self.instrument, self.limits
         )
+
+    @property
+    def motion_space(self) -> MotionSpace:
+        """Where the robot moves from load case to load case."""
+        clearances = tuple(c for c in self.constraints if isinstance(c, Clearance))
+        return MotionSpace(self.robot, self.limits, self.pace, clearances)
 
     @property
     def joint_limits(self) -> tuple[Constraint, ...]:

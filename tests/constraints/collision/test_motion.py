@@ -20,8 +20,8 @@ from elastocal.motion.margins import (
     motion_margins,
     motion_violations,
     relative_speed,
-    watched,
 )
+from elastocal.motion.pace import Pace, for_robot
 from elastocal.motion.via_points import detours, refuse_home, way_around
 from elastocal.programs.campaign_program import campaign_program
 from elastocal.programs.robot_program import Move
@@ -29,7 +29,6 @@ from elastocal.robot.chain import Joint, Robot, Tool, transform
 from elastocal.robot.posture import Posture
 from elastocal.robot.shapes import Shape
 from elastocal.robot.sources import kuka_kr270
-from elastocal.study.pace import Pace, for_robot
 from elastocal.study.study import Experiments, Study, test_pose
 from tests.arms import random_chain
 from tests.constraints.collision.oracle import CellOracle
@@ -67,17 +66,19 @@ def kuka_study(**rules) -> Study:
 def free_configurations(study: Study, count: int, seed: int) -> np.ndarray:
     q = np.random.default_rng(seed).uniform(*study.limits, (20 * count, len(study.robot.joints)))
     posture = Posture(study.robot, q)
-    room = np.min([c.room(posture) for c in watched(study)], axis=0)
+    room = np.min([c.room(posture) for c in study.motion_space.clearances], axis=0)
     return q[room > 0.0][:count]
 
 
 def test_margins_are_those_of_dense_samples_by_pinocchio_and_coal() -> None:
     study = kuka_study()
     oracle = CellOracle(KUKA, KUKA.tools["calibration"], BOXES, 0.02)
-    left = {frozenset((x.first, x.second)) for c in watched(study) for x in c.left_out}
+    left = {
+        frozenset((x.first, x.second)) for c in study.motion_space.clearances for x in c.left_out
+    }
     left |= {frozenset(p) for p in (("A4", "A6"), ("A5", "A6"), ("A6", "tool"))}
     q = free_configurations(study, 24, 1)
-    found = motion_margins(study, q[:12], q[12:], enough=0.3)
+    found = motion_margins(study.motion_space, q[:12], q[12:], enough=0.3)
     assert 0 < found.free.sum() < 12, "the comparison sees motions of one kind only"
     for i in range(12):
         way = q[i] + np.linspace(0.0, 1.0, 400)[:, None] * (q[12 + i] - q[i])
@@ -97,7 +98,7 @@ def test_a_wire_between_two_samples_is_not_missed() -> None:
     q = np.radians([[-60.0, -90.0, 90.0, 0.0, 0.0, 0.0], [60.0, -30.0, 30.0, 0.0, 0.0, 0.0]])
     start, goal = q[1].copy(), q[1].copy()
     start[0] = -start[0]
-    found = motion_margins(study, start[None], goal[None])
+    found = motion_margins(study.motion_space, start[None], goal[None])
     assert not found.free[0]
     assert found.words[0] == "wire with tool" or found.words[0].startswith("wire with")
     assert found.distance[0] < 0.0
@@ -129,8 +130,8 @@ def test_nothing_moves_faster_than_the_bound() -> None:
 def test_a_decision_is_the_sign_of_the_margin() -> None:
     study = kuka_study()
     q = free_configurations(study, 60, 3)
-    whole = motion_margins(study, q[:30], q[30:], enough=0.0)
-    quick = motion_margins(study, q[:30], q[30:], enough=0.0, decide=True)
+    whole = motion_margins(study.motion_space, q[:30], q[30:], enough=0.0)
+    quick = motion_margins(study.motion_space, q[:30], q[30:], enough=0.0, decide=True)
     assert np.array_equal(whole.free, quick.free)
     assert 0 < whole.free.sum() < 30
 
@@ -139,10 +140,10 @@ def test_ways_around_are_free_by_the_oracle() -> None:
     study = kuka_study()
     oracle = CellOracle(KUKA, KUKA.tools["calibration"], BOXES, 0.02)
     q = free_configurations(study, 40, 5)
-    blocked = np.flatnonzero(~motion_margins(study, q[:20], q[20:]).free)[:3]
+    blocked = np.flatnonzero(~motion_margins(study.motion_space, q[:20], q[20:]).free)[:3]
     assert len(blocked) == 3
     for i in blocked:
-        via = way_around(study, q[i], q[20 + i], np.random.default_rng(0))
+        via = way_around(study.motion_space, q[i], q[20 + i], np.random.default_rng(0))
         assert via is not None
         stops = np.vstack([q[i], via, q[20 + i]])
         for a, b in pairwise(stops):
@@ -171,17 +172,17 @@ GOAL = np.array([[0.8, 0.0]])
 
 def test_a_free_plan_needs_no_via_points() -> None:
     study = slider([("post", (0.0, 0.8), (0.1, 0.1))])
-    assert detours(study, GOAL) == ()
-    assert motion_violations(study, GOAL) == ()
+    assert detours(study.motion_space, GOAL) == ()
+    assert motion_violations(study.motion_space, GOAL) == ()
 
 
 def test_a_wall_with_a_way_round_it() -> None:
     study = slider([("wall", (0.0, -0.2), (0.1, 1.5))])
-    assert "hits wall with ball by" in motion_violations(study, GOAL)[0]
-    via = detours(study, GOAL)
+    assert "hits wall with ball by" in motion_violations(study.motion_space, GOAL)[0]
+    via = detours(study.motion_space, GOAL)
     assert [len(points) for points in via] == [len(via[0]), len(via[1])]
     assert len(via[0]) >= 1
-    assert motion_violations(study, GOAL, via) == ()
+    assert motion_violations(study.motion_space, GOAL, via) == ()
 
 
 def test_a_maze_needs_more_than_one_via_point() -> None:
@@ -191,15 +192,15 @@ def test_a_maze_needs_more_than_one_via_point() -> None:
         ("third", (0.5, -0.3), (0.1, 1.4)),
     ]
     study = slider(walls)
-    via = detours(study, GOAL)
+    via = detours(study.motion_space, GOAL)
     assert len(via[0]) >= 3
-    assert motion_violations(study, GOAL, via) == ()
+    assert motion_violations(study.motion_space, GOAL, via) == ()
 
 
 def test_what_blocks_all_ways_is_named() -> None:
     study = slider([("curtain", (0.0, 0.0), (0.1, 3.0))])
     with pytest.raises(InfeasibleError) as error:
-        detours(study, GOAL)
+        detours(study.motion_space, GOAL)
     assert "from home to configuration 1" in str(error.value)
     assert "hits curtain with ball by 150 mm at 50 %" in str(error.value)
 
@@ -207,14 +208,14 @@ def test_what_blocks_all_ways_is_named() -> None:
 def test_a_home_in_collision_is_refused() -> None:
     study = slider([("pile", (-0.8, -0.8), (0.3, 0.3))])
     with pytest.raises(InfeasibleError, match=r"hits pile with ball by 250 mm; give .* home_deg"):
-        refuse_home(study)
-    refuse_home(slider([]))
+        refuse_home(study.motion_space)
+    refuse_home(slider([]).motion_space)
 
 
 def test_near_passes_say_what_is_to_be_kept() -> None:
     study = slider([("wall", (0.0, -0.505), (0.1, 0.2))])
     study = replace(study, pace=replace(study.pace, home=np.array([-0.8, -0.3])))
-    sentences = motion_violations(study, np.array([[0.8, -0.3]]))
+    sentences = motion_violations(study.motion_space, np.array([[0.8, -0.3]]))
     assert sentences[0].startswith("the motion from home to configuration 1 passes wall with ball")
     assert "at 5 mm at 50 %, where 10 mm must be kept" in sentences[0]
 
@@ -223,7 +224,7 @@ def test_programs_pass_the_via_points_and_refuse_to_leave_them_out() -> None:
     study = slider([("wall", (0.0, -0.2), (0.1, 1.5))])
     cases = LoadCases(GOAL, np.array([[300.0, 200.0, -1000.0, 0.0, 0.0, 0.0]]))
     repeats = np.array([2])
-    via = detours(study, GOAL)
+    via = detours(study.motion_space, GOAL)
     program = campaign_program(study, cases, repeats, home=study.pace.home, via=via)
     names = [program.target_names[s.target] for s in program.steps if isinstance(s, Move)]
     there = [f"V{i + 1}" for i in range(len(via[0]))]

@@ -8,8 +8,8 @@ from elastocal.arrays import Array, unset
 from elastocal.files.schema import CampaignFile, MotionFile
 from elastocal.files.study.joint_values import configuration
 from elastocal.files.yaml_lines import LocatedError
+from elastocal.motion.pace import SLIDING_SPEED, SPEED, Pace, for_robot
 from elastocal.robot.chain import Robot
-from elastocal.study.pace import SLIDING_SPEED, SPEED, Pace, for_robot
 
 _USUAL = Pace()
 

@@ -1,6 +1,6 @@
 """Pace: how long things take at the cell, and how fast the robot may move there.
 
-In: numbers a user knows. Out: one frozen value; `motion/schedule.py` and `motion/tour.py` use it.
+In: numbers a user knows. Out: one frozen value; orders, schedules and ways around use it.
 """
 
 from __future__ import annotations
