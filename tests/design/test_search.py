@@ -1,0 +1,135 @@
+"""The parts of the search alone: how many steps they take, when they stop, what they tell."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+
+from elastocal.design import approximate
+from elastocal.design.approximate import interior_point, optimal_weights
+from elastocal.design.continuous import ContinuousDesign, continuous_design
+from elastocal.design.exact import Effort, Plans, exact_design, refine, values
+from elastocal.design.matrix_means import MatrixMean
+from tests.design.polynomial import polynomial
+from tests.design.test_oracle import CORNER, Polygon
+from tests.design.test_textbook import SMOOTH, TEXTBOOK
+
+D = MatrixMean(0.0, "D")
+
+
+def counted(monkeypatch: pytest.MonkeyPatch, name: str) -> list[int]:
+    """One entry for every call of a function of the continuous design."""
+    calls: list[int] = []
+    real = getattr(approximate, name)
+
+    def spy(*args: Any) -> Any:
+        calls.append(1)
+        return real(*args)
+
+    monkeypatch.setattr(approximate, name, spy)
+    return calls
+
+
+@pytest.mark.parametrize("name", SMOOTH)
+def test_the_interior_point_takes_few_steps(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The textbook's points among others: its weights, in at most 20 Newton steps."""
+    book = TEXTBOOK[name]
+    rng = np.random.default_rng(0)
+    x = np.concatenate([np.array(book.points), book.space.sample(9, rng)])
+    blocks = book.space.evaluate(x).blocks
+    informations = np.einsum("nri,nrj->nij", blocks, blocks)
+    base = np.zeros(informations.shape[1:])
+    calls = counted(monkeypatch, "_derivatives")
+    weights = interior_point(book.criterion, informations, base, 1e-6)
+    assert len(calls) <= 20
+    assert weights.sum() == pytest.approx(1.0, abs=1e-12)
+    np.testing.assert_allclose(weights[: len(book.points)], book.weights, atol=1e-4)
+
+
+def test_weights_on_many_points_are_found_in_few_sweeps(monkeypatch: pytest.MonkeyPatch) -> None:
+    space = polynomial(3)
+    blocks = space.evaluate(np.linspace(-1.0, 1.0, 2001)[:, None]).blocks
+    informations = np.einsum("nri,nrj->nij", blocks, blocks)
+    calls = counted(monkeypatch, "interior_point")
+    found = optimal_weights(D, informations, np.zeros((4, 4)), tolerance=1e-6)
+    assert len(calls) <= 12
+    total = np.einsum("i,ijk->jk", found.weights, informations[found.support])
+    rows = blocks[:, 0]
+    # Kiefer & Wolfowitz: the largest prediction variance is p at the optimum.
+    variance = np.einsum("ni,ij,nj->n", rows, np.linalg.inv(total), rows)
+    assert variance.max() == pytest.approx(4.0, rel=2e-6)
+
+
+def test_plans_of_the_same_value_count_as_one_if_asked() -> None:
+    plans = Plans(np.zeros((4, 1, 1)), np.ones((4, 1), dtype=int), np.array([2.0, 3.0, 1.0, 3.0]))
+    assert plans.best(3).value.tolist() == [3.0, 3.0, 2.0]
+    assert plans.best(3, apart=1e-5).value.tolist() == [3.0, 2.0, 1.0]
+    assert plans.best(3, apart=0.4).value.tolist() == [3.0, 1.0]
+    both = plans.join(plans.take(np.array([2, 0])))
+    assert both.value.tolist() == [2.0, 3.0, 1.0, 3.0, 1.0, 2.0]
+
+
+def test_plans_are_valued_and_refined_by_hand() -> None:
+    """Rows are the points: det of 2 x xᵀ + y yᵀ is 2 (x × y)², largest at opposite corners."""
+    space, base = Polygon(CORNER), np.zeros((2, 2))
+    x = np.array([[[0.3, 0.2], [-0.2, 0.1]], [[0.3, 0.2], [0.6, 0.1]]])
+    counts = np.array([[2, 1], [2, 1]])
+    found = values(space, D, base, x, counts)
+    cross = 0.3 * 0.1 + 0.2 * 0.2
+    np.testing.assert_allclose(found, [np.sqrt(2.0 * cross**2), 0.0], atol=1e-15)
+    low = np.array([[[0.3, -0.6], [-0.5, -0.6]]])
+    refined = refine(space, D, base, Plans(low, counts[:1]), stages=((200, 1),))
+    assert refined.counts.tolist() == [[2, 1]]
+    np.testing.assert_allclose(refined.x[0], [[0.5, -1.0], [-1.0, -1.0]], atol=1e-4)
+    assert refined.value[0] == pytest.approx(np.sqrt(2.0) * 1.5, rel=1e-4)
+    assert (space.evaluate(refined.x[0]).margins >= 0.0).all()
+
+
+@pytest.fixture(scope="module")
+def quadratic() -> ContinuousDesign:
+    return continuous_design(polynomial(2), D, np.random.default_rng(0))
+
+
+@pytest.mark.parametrize(("count", "most"), [(3, 1), (6, 1), (7, 11)])
+def test_the_search_stops_where_nothing_is_left_to_gain(
+    quadratic: ContinuousDesign, count: int, most: int
+) -> None:
+    """Weights of a third each: three and six experiments attain the bound, seven do not."""
+    told: list[float] = []
+    found = exact_design(
+        polynomial(2), D, count, 3, np.random.default_rng(0), continuous=quadratic,
+        effort=Effort(batch=32, islands=2), progress=lambda what, share: told.append(share),
+    )  # fmt: skip
+    assert found.counts.sum() == count
+    attained = found.value / (count * quadratic.certificate.upper)
+    if most == 1:
+        assert len(told) == 1
+        assert attained == pytest.approx(1.0, abs=1e-5)
+    else:  # the bound stays out of reach: patience of four on each of two islands
+        assert 8 <= len(told) <= 2 * most
+        assert attained == pytest.approx(np.cbrt(3 * 2 * 2) / (7 / 3), abs=1e-5)
+
+
+def test_progress_never_falls_and_stays_below_one(quadratic: ContinuousDesign) -> None:
+    told: list[float] = []
+    exact_design(
+        polynomial(2), D, 7, 3, np.random.default_rng(1), continuous=quadratic,
+        effort=Effort(batch=8, generations=4, patience=9, islands=3),
+        progress=lambda what, share: told.append(share),
+    )  # fmt: skip
+    np.testing.assert_allclose(told, [k / 12 for k in (1, 2, 3, 5, 6, 7, 9, 10, 11)])
+    assert all(a <= b for a, b in pairwise(told))
+    assert told[-1] <= 1.0
+
+
+def test_one_experiment_needs_no_repeats() -> None:
+    """All points distinct and no continuous design: afresh, from random plans alone."""
+    found = exact_design(
+        polynomial(1), D, 2, 2, np.random.default_rng(0), effort=Effort(batch=16, generations=3)
+    )
+    assert sorted(found.x[:, 0].tolist()) == [pytest.approx(-1.0), pytest.approx(1.0)]
+    assert found.counts.tolist() == [1, 1]
+    assert found.value == pytest.approx(2.0)
