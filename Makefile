@@ -10,7 +10,7 @@ PARALLEL := --numprocesses=auto --dist=worksteal
 export OPENBLAS_NUM_THREADS ?= 1
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: demo test test-full check coverage pythons bench docs build lock clean
+.PHONY: demo test test-full check coverage pythons bench mutate docs build lock clean
 
 demo: $(VENV)/.run                 ## plan the KUKA KR 270 campaign and write a report
 	$(BIN)/elastocal demo demo
@@ -43,6 +43,9 @@ check: $(VENV)/.dev                ## format, lint, types
 
 bench: $(VENV)/.dev                ## timings against other ways to do it
 	$(BIN)/python benchmarks/kr270_plan.py
+
+mutate: $(VENV)/.dev               ## small faults in the core: would the tests notice?
+	$(BIN)/python benchmarks/mutate.py
 
 docs: $(VENV)/.dev                 ## the examples in the documentation, run
 	$(BIN)/python -m pytest tests/test_docs.py
