@@ -30,6 +30,7 @@ from elastocal.planning.certificate import (
     lower_bound,
 )
 from elastocal.planning.plain_values import simplify
+from elastocal.planning.visibility import Visibility, visibility
 from elastocal.study.identifiability import check_count, check_identifiable
 from elastocal.study.study import Study
 
@@ -65,6 +66,11 @@ class Plan:
     def count(self) -> int:
         """Number of experiments m."""
         return int(self.repeats.sum())
+
+    @property
+    def view(self) -> Visibility | None:
+        """What the tracker sees at the load cases; None if the instrument is no tracker."""
+        return visibility(self.study, self.load_cases)
 
     @property
     def schedule(self) -> Schedule:

@@ -1,6 +1,6 @@
 """A campaign as one HTML page that works offline, on a phone and on paper.
 
-In: values the core made. Out: HTML text. Nothing is computed here but geometry to draw.
+In: values the core made. Out: HTML text. Nothing is computed here but where things are drawn.
 jinja2 and plotly are imported when a report is made, not when this package is.
 """
 

@@ -13,7 +13,6 @@ import numpy as np
 from elastocal.constraints import describe
 from elastocal.planning.assessment import TOLERANCE, Assessment
 from elastocal.planning.plan import Plan
-from elastocal.planning.visibility import visibility
 from elastocal.study.criteria import CRITERIA
 from elastocal.wording.numbers import (
     compliance_unit,
@@ -101,7 +100,7 @@ def margins(plan: Plan) -> Table:
 
 def view(plan: Plan) -> Table | None:
     """Which marker the tracker sees in which configuration; None if there is no tracker."""
-    seen = visibility(plan.study, plan.load_cases)
+    seen = plan.view
     if seen is None:
         return None
     rows = []

@@ -14,7 +14,7 @@ from elastocal.motion.schedule import Schedule
 from elastocal.planning.certificate import Certificate
 from elastocal.planning.evaluation import Evaluation
 from elastocal.planning.plan import Plan
-from elastocal.planning.visibility import Visibility, visibility
+from elastocal.planning.visibility import Visibility
 from elastocal.robot.chain import Robot
 from elastocal.study.criteria import CRITERIA
 from elastocal.study.study import Study
@@ -36,7 +36,7 @@ def show_plan(plan: Plan) -> None:
         )
     if plan.free_joints:
         out.print(Text(f"{', '.join(plan.free_joints)}: free, set as the cell requires."))
-    show_view(visibility(plan.study, plan.load_cases))
+    show_view(plan.view)
     out.print(_errors(plan.study, {"standard error": worth.standard_error}))
     out.print(
         f"ρ0 = [bold]{micrometres(worth.rho0)}[/bold]: root mean square position error "
