@@ -133,8 +133,6 @@ def _place(out: Path, to: str) -> tuple[Path, str]:
 
 def home_values(text: str, robot: Robot, what: str = "home") -> Array:
     """(n,) joint values of "A1=0deg A2=-90deg rail=500mm", every joint once [rad or m]."""
-    import numpy as np
-
     from elastocal.arrays import frozen
 
     values: dict[str, float] = {}
@@ -144,16 +142,17 @@ def home_values(text: str, robot: Robot, what: str = "home") -> Array:
             raise InputError(f"{what}: expected name=value with deg or mm, found {part!r}")
         name, number, unit = found.groups()
         joint = robot.joints[robot.index([name])[0]]
-        if (unit == "mm") != joint.prismatic:
-            wanted = "mm" if joint.prismatic else "deg"
-            raise InputError(f"{what}: joint {name!r} is given in {unit}, expected {wanted}")
+        if unit != joint.kind.key:
+            raise InputError(
+                f"{what}: joint {name!r} is given in {unit}, expected {joint.kind.key}"
+            )
         if name in values:
             raise InputError(f"{what}: joint {name!r} is given twice")
         try:
             value = float(number)
         except ValueError:
             raise InputError(f"{what}: expected a number, found {number!r}") from None
-        values[name] = value / 1e3 if joint.prismatic else float(np.radians(value))
+        values[name] = joint.kind.si * value
     missing = [name for name in robot.joint_names if name not in values]
     if missing:
         raise InputError(f"{what}: joint {missing[0]!r} is missing")

@@ -56,7 +56,7 @@ def _reached(robot: Robot, q: Array, stable: bool, at_rest: bool) -> list[Doubt]
             "beyond-limit",
             (joint.name,),
             numbers={"value": value, "limit": limit},
-            unit="m" if joint.prismatic else "rad",
+            unit=joint.kind.unit,
         )
         for joint, value in zip(robot.joints, q.tolist(), strict=True)
         for limit, over in ((joint.lower, joint.lower - value), (joint.upper, value - joint.upper))
@@ -102,7 +102,7 @@ def _rigid_but_loaded(arm: ElasticArm, cases: LoadCases) -> list[Doubt]:
             "rigid-but-loaded",
             (joint.name,),
             numbers={"load": float(load[j])},
-            unit="N" if joint.prismatic else "N·m",
+            unit=joint.kind.load,
         )
         for j, joint in enumerate(robot.joints)
         if j not in sprung and load[j] > _NO_LOAD * load.max()

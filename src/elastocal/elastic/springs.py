@@ -10,6 +10,7 @@ import numpy as np
 from elastocal.arrays import Array, BoolArray, IntArray, frozen
 from elastocal.errors import InputError
 from elastocal.robot.chain import Robot
+from elastocal.robot.joint_kinds import JointKind, kind_of
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,11 @@ class VirtualJoints:
         object.__setattr__(self, "prismatic", frozen(self.prismatic, np.bool_))
         joint = self.joint if np.size(self.joint) else np.full(len(self.names), -1)
         object.__setattr__(self, "joint", frozen(joint, np.int64))
+
+    @property
+    def kinds(self) -> tuple[JointKind, ...]:
+        """What goes with each spring: names and units."""
+        return tuple(kind_of(slides) for slides in self.prismatic.tolist())
 
     def __len__(self) -> int:
         return len(self.names)

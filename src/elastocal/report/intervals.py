@@ -14,10 +14,9 @@ from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.identification.result import Identification
 from elastocal.report.charts.forest import Estimate
 from elastocal.report.tables import Row, Table
-from elastocal.wording.numbers import compliance_unit, fixed, number
+from elastocal.robot.joint_kinds import KINDS, JointKind
+from elastocal.wording.numbers import fixed, number, shown_unit
 from elastocal.wording.numbers import sure as sure_of
-
-_STIFFNESS = {False: (1e-6, "10⁶ N·m/rad"), True: (1e-6, "N/µm")}
 
 
 @dataclass(frozen=True)
@@ -45,11 +44,11 @@ def families(
     found: Identification, references: Mapping[str, ComplianceModel]
 ) -> tuple[Family, ...]:
     """Angular and linear springs of an identification, as far as there are any."""
-    prismatic = found.model.springs.prismatic[found.index]
+    kinds = [found.model.springs.kinds[i] for i in found.index]
     return tuple(
-        _family(found, references, np.flatnonzero(prismatic == kind).tolist(), kind)
-        for kind in (False, True)
-        if (prismatic == kind).any()
+        _family(found, references, [i for i, own in enumerate(kinds) if own is kind], kind)
+        for kind in KINDS
+        if kind in kinds
     )
 
 
@@ -57,10 +56,10 @@ def _family(
     found: Identification,
     references: Mapping[str, ComplianceModel],
     chosen: list[int],
-    prismatic: bool,
+    kind: JointKind,
 ) -> Family:
-    factor, unit = compliance_unit(prismatic)
-    stiff, stiffness_unit = _STIFFNESS[prismatic]
+    factor, unit = shown_unit(kind.compliance)
+    stiff, stiffness_unit = shown_unit(kind.stiffness)
     compliance, stiffness, rows = [], [], []
     for i in chosen:
         name, k = found.identified[i], float(found.compliance[i])
@@ -99,8 +98,7 @@ def _family(
         *references,
     )
     table = Table(heads, tuple(rows))
-    kind = "linear" if prismatic else "angular"
-    return Family(kind, unit, stiffness_unit, tuple(compliance), tuple(stiffness), table)
+    return Family(kind.spring, unit, stiffness_unit, tuple(compliance), tuple(stiffness), table)
 
 
 def _row(found: Identification, k: Estimate, stiff: Estimate, error: float, held: bool) -> Row:

@@ -13,7 +13,8 @@ from markupsafe import Markup
 from elastocal.drawing.picture import portrait
 from elastocal.drawing.stage import Stage
 from elastocal.planning.plan import Plan
-from elastocal.wording.numbers import direction, fixed, joint_unit, joint_value, plain, vector
+from elastocal.report.tables import joint_value
+from elastocal.wording.numbers import direction, fixed, plain, vector
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,7 @@ def run_sheet(plan: Plan, stage: Stage) -> list[Card]:
     for i, figure in enumerate(stage.planned):
         repeats = int(plan.repeats[i])
         joints = tuple(
-            (joint.name, joint_value(float(value), joint.prismatic), joint_unit(joint.prismatic))
+            (joint.name, joint_value(float(value), joint.kind), joint.kind.shown_unit)
             for joint, value in zip(robot.joints, cases.q[i], strict=True)
         )
         cards.append(
@@ -69,8 +70,7 @@ def _passed(plan: Plan, i: int) -> list[str]:
     """Via points before configuration `i`, from 0; the last `i` is the way home."""
     return [
         ", ".join(
-            f"{joint.name} {joint_value(float(value), joint.prismatic)} "
-            f"{joint_unit(joint.prismatic)}"
+            f"{joint.name} {joint_value(float(value), joint.kind)} {joint.kind.shown_unit}"
             for joint, value in zip(plan.study.robot.joints, q, strict=True)
         )
         for q in (plan.via[i] if plan.via else ())

@@ -13,12 +13,10 @@ import numpy as np
 from elastocal.constraints import describe
 from elastocal.planning.assessment import TOLERANCE, Assessment
 from elastocal.planning.plan import Plan
+from elastocal.robot.joint_kinds import KINDS, JointKind
 from elastocal.study.criteria import CRITERIA
 from elastocal.wording.numbers import (
-    compliance_unit,
     fixed,
-    joint_unit,
-    joint_value,
     length,
     number,
     percent,
@@ -66,19 +64,19 @@ def standard_errors(plan: Plan) -> list[Table]:
     """Standard errors of angular and of linear compliances, apart because units differ."""
     springs, errors = plan.study.springs, plan.assessment.standard_error
     tables = []
-    for prismatic in (False, True):
-        chosen = np.flatnonzero(springs.prismatic == prismatic)
-        if not len(chosen):
+    for kind in KINDS:
+        chosen = [i for i, own in enumerate(springs.kinds) if own is kind]
+        if not chosen:
             continue
-        factor, unit = compliance_unit(prismatic)
+        factor, unit = shown_unit(kind.compliance)
         finite = errors[chosen][np.isfinite(errors[chosen])]
         largest = float(finite.max()) if len(finite) else 1.0
         rows = tuple(
             Row((springs.names[i], number(factor * errors[i])), _share(errors[i] / largest))
             for i in chosen
         )
-        kind = "linear" if prismatic else "angular"
-        tables.append(Table(("Joint", f"Standard error [{unit}]"), rows, f"{kind} springs"))
+        heads = ("Joint", f"Standard error [{unit}]")
+        tables.append(Table(heads, rows, f"{kind.spring} springs"))
     return tables
 
 
@@ -124,14 +122,11 @@ def support(plan: Plan) -> Table | None:
         return None
     order = np.argsort(-weights)[:_MOST_SUPPORT]
     order = order[weights[order] >= 5e-4]
-    turns = [
-        (name, bool(slides))
-        for name, slides in zip(robot.joint_names, robot.prismatic, strict=True)
-    ]
-    heads = ("Weight", *(f"{name} [{joint_unit(slides)}]" for name, slides in turns), "Force [N]")
+    joints = (f"{joint.name} [{joint.kind.shown_unit}]" for joint in robot.joints)
+    heads = ("Weight", *joints, "Force [N]")
     rows = []
     for i in order:
-        values = [_short_joint(v, s) for v, (_, s) in zip(cases.q[i], turns, strict=True)]
+        values = [fixed(float(value), 1) for value in robot.shown_scale * cases.q[i]]
         cells = (f"{fixed(100.0 * weights[i], 1)} %", *values, vector(cases.wrench[i, :3]))
         rows.append(Row(cells, _share(weights[i] / weights.max())))
     return Table(heads, tuple(rows), others=len(weights) - len(order))
@@ -144,8 +139,7 @@ def peak(plan: Plan) -> Table | None:
         return None
     rows = []
     for joint, v in zip(robot.joints, case.q[0], strict=True):
-        unit = " mm" if joint.prismatic else "°"
-        rows.append(Row((joint.name, joint_value(float(v), joint.prismatic) + unit)))
+        rows.append(Row((joint.name, joint_value(float(v), joint.kind) + joint.kind.suffix)))
     rows.append(Row(("Force", f"{vector(case.wrench[0, :3])} N")))
     if np.any(case.wrench[0, 3:]):
         rows.append(Row(("Torque", f"{vector(case.wrench[0, 3:], 1)} N·m")))
@@ -181,8 +175,9 @@ def test_pose_errors(plan: Plan) -> Table:
     return Table(("Test pose", "Weight", "Position error"), rows)
 
 
-def _short_joint(value: float, prismatic: bool) -> str:
-    return fixed(1e3 * value, 1) if prismatic else fixed(float(np.degrees(value)), 1)
+def joint_value(value: float, kind: JointKind) -> str:
+    """A joint value [rad or m] as people read it, without its unit."""
+    return fixed(kind.scale * value, kind.decimals)
 
 
 def _share(value: float) -> float:

@@ -13,6 +13,7 @@ import numpy as np
 
 from elastocal.arrays import Array, BoolArray, frozen, unset
 from elastocal.errors import InputError
+from elastocal.robot.joint_kinds import JointKind, kind_of
 from elastocal.robot.rotations import frame_about
 from elastocal.robot.shapes import BodyMass, Shape
 
@@ -39,9 +40,14 @@ class Joint:
     upper: float = np.inf
 
     @property
+    def kind(self) -> JointKind:
+        """What goes with a joint that turns or slides: names and units."""
+        return kind_of(self.prismatic)
+
+    @property
     def shown(self) -> tuple[float, str]:
         """Factor and unit in which people read a joint value: degrees or millimetres."""
-        return (1e3, "mm") if self.prismatic else (180.0 / np.pi, "°")
+        return self.kind.scale, self.kind.shown_unit
 
     def __post_init__(self) -> None:
         transform = frozen(self.T_parent_joint)
@@ -154,7 +160,7 @@ class Robot:
     @property
     def shown_scale(self) -> Array:
         """(n,) factors from joint values to degrees or millimetres."""
-        return np.array([joint.shown[0] for joint in self.joints])
+        return np.array([joint.kind.scale for joint in self.joints])
 
     @property
     def lower(self) -> Array:

@@ -38,7 +38,7 @@ def compliances(springs: VirtualJoints) -> str:
     sliding = springs.prismatic
     if sliding.any() and not sliding.all():
         return "SI, mixed"
-    return "m/N" if sliding.all() else "rad/(N·m)"
+    return springs.kinds[0].compliance
 
 
 @dataclass(frozen=True)

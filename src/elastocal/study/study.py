@@ -199,7 +199,6 @@ class Study:
         constraints = []
         for i, joint in enumerate(self.robot.joints):
             scale, shown = joint.shown
-            unit = "m" if joint.prismatic else "rad"
             for bound, upper, sign in (
                 (self.limits[0, i], False, ">="),
                 (self.limits[1, i], True, "<="),
@@ -207,7 +206,7 @@ class Study:
                 if not np.isfinite(joint.upper if upper else joint.lower) and (abs(bound) == np.pi):
                     continue  # a joint that turns without end
                 name = f"{joint.name} {sign} {scale * bound:.6g}{shown}"
-                constraints.append(JointLimit(name, i, bound, upper=upper, unit=unit))
+                constraints.append(JointLimit(name, i, bound, upper=upper, unit=joint.kind.unit))
         return tuple(constraints)
 
 
@@ -245,7 +244,7 @@ def _finite_limits(robot: Robot, limits: Array) -> Array:
         if not joint.prismatic:
             limits[:, i] = np.where(np.isfinite(limits[:, i]), limits[:, i], [-np.pi, np.pi])
         if not limits[0, i] < limits[1, i]:
-            scale, unit = (1e3, " mm") if joint.prismatic else (180.0 / np.pi, "°")
+            scale, unit = joint.kind.scale, joint.kind.suffix
             raise InputError(
                 f"joint {joint.name!r} has no room left: its lower limit with margin is "
                 f"{scale * limits[0, i]:.6g}{unit}, the upper one {scale * limits[1, i]:.6g}{unit}"

@@ -10,6 +10,7 @@ from rich.text import Text
 from elastocal.identification.doubts import doubts
 from elastocal.identification.result import Identification
 from elastocal.identification.validation import Validation, summary
+from elastocal.robot.joint_kinds import PRISMATIC
 from elastocal.terminal.console import counted, micrometres, out, whole
 from elastocal.wording import worded
 
@@ -35,15 +36,15 @@ def show_identification(found: Identification) -> None:
     for j, name in enumerate(found.identified):
         k, error = float(found.compliance[j]), float(found.standard_error[j])
         low, high = (float(v) for v in found.interval[j])
-        slides = bool(found.model.springs.prismatic[index[j]])
+        kind = found.model.springs.kinds[index[j]]
         table.add_row(
             Text(name),
             f"{1e6 * k:.5g}",
             f"{1e6 * error:.2g}",
             f"{1e6 * low:.4g} … {1e6 * high:.4g}",
-            "µm/N" if slides else "µrad/(N·m)",
+            f"µ{kind.compliance}",
             f"{1e-6 / k:.4g}" if k > 0.0 else "–",
-            "N/µm" if slides else "MN·m/rad",
+            "N/µm" if kind is PRISMATIC else "MN·m/rad",
             _interval(low, k, high, largest),
         )
     whole(table)

@@ -9,7 +9,6 @@ from rich.text import Text
 
 from elastocal.arrays import Array
 from elastocal.constraints import describe
-from elastocal.files.compliance_units import unit_of
 from elastocal.motion.schedule import Schedule
 from elastocal.planning.certificate import Certificate
 from elastocal.planning.evaluation import Evaluation
@@ -57,7 +56,7 @@ def _run_sheet(robot: Robot, plan: Plan) -> Table:
     table = Table(title=Text(title), title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1))
     table.add_column("#", justify="right")
     for joint in robot.joints:
-        table.add_column(f"{joint.name} {joint.shown[1]}", justify="right")
+        table.add_column(f"{joint.name} {joint.kind.shown_unit}", justify="right")
     if not common:
         table.add_column("force N", justify="right")
     if not common and wrench[:, 3:].any():
@@ -97,13 +96,9 @@ def _errors(study: Study, columns: dict[str, Array]) -> Table:
     for name in columns:
         table.add_column(name, justify="right")
     table.add_column("unit")
-    for j, name in enumerate(study.springs.names):
+    for j, (name, kind) in enumerate(zip(study.springs.names, study.springs.kinds, strict=True)):
         values = [f"{1e9 * column[j]:.3g}" for column in columns.values()]
-        table.add_row(
-            Text(name),
-            *values,
-            Text(f"1e-9 {unit_of('compliance', bool(study.springs.prismatic[j]))}"),
-        )
+        table.add_row(Text(name), *values, Text(f"1e-9 {kind.compliance}"))
     return table
 
 

@@ -21,7 +21,7 @@ def show_program(program: RobotProgram, controller: str, *, coupled: bool) -> No
     )
     table.add_column("target")
     for joint in robot.joints:
-        table.add_column(Text(f"{joint.name} {joint.shown[1]}"), justify="right")
+        table.add_column(Text(f"{joint.name} {joint.kind.shown_unit}"), justify="right")
     table.add_column("visits", justify="right")
     visits = [step.target for step in program.steps if isinstance(step, Move)]
     for i, (label, q) in enumerate(zip(program.target_names, program.targets, strict=True)):

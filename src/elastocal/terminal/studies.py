@@ -27,10 +27,10 @@ def show_check(study: Study, found: Checkup) -> None:
     for column in ("joint", "moves", "planned between", "compliance"):
         table.add_column(Text(column))
     for j, joint in enumerate(robot.joints):
-        scale, unit = joint.shown
-        room = f"{scale * study.limits[0, j]:.6g} … {scale * study.limits[1, j]:.6g} {unit}"
+        low, high = joint.kind.scale * study.limits[:, j]
+        room = f"{low:.6g} … {high:.6g} {joint.kind.shown_unit}"
         role = "to identify" if joint.name in study.springs.names else "taken as rigid"
-        table.add_row(Text(joint.name), "slides" if joint.prismatic else "turns", room, role)
+        table.add_row(Text(joint.name), joint.kind.moves, room, role)
     out.print(table)
     points = ", ".join(
         f"{name} {numbers(1e3 * point)} mm"

@@ -112,7 +112,7 @@ class Panel:
     def _slider(self, joint: int) -> Any:
         """The slider of a joint, in degrees or millimetres."""
         what = self._subject.study.robot.joints[joint]
-        scale, unit = what.shown[0], "mm" if what.prismatic else "deg"
+        scale, unit = what.kind.scale, what.kind.key
         low, high = scale * self._subject.slider_limits[:, joint]
         low, high = (float(round(v, 2)) for v in (low, high))
         at = float(np.clip(np.round(scale * self._subject.stops[0].q[joint], 2), low, high))

@@ -14,7 +14,13 @@ from elastocal.arrays import Array
 
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _UNIT = re.compile(r"(?<=\d) (µm|mm|%|°|N\b)")
-_COMPLIANCES = ("rad/(N·m)", "m/N", "SI, mixed")
+_PEOPLE = {
+    "rad/(N·m)": (1e9, "10⁻⁹ rad/(N·m)"),
+    "m/N": (1e9, "10⁻⁹ m/N"),
+    "SI, mixed": (1e9, "10⁻⁹ SI, mixed"),
+    "N·m/rad": (1e-6, "10⁶ N·m/rad"),
+    "N/m": (1e-6, "N/µm"),
+}
 _AXES = ("x", "y", "z")
 
 
@@ -57,11 +63,9 @@ def length_unit(values: Iterable[float]) -> tuple[float, str]:
     return (1e6, "µm") if not finite or np.median(finite) < 1e-3 else (1e3, "mm")
 
 
-def shown_unit(unit: str, values: Iterable[float]) -> tuple[float, str]:
-    """Factor from SI, and unit, in which people read `values` [unit]."""
-    if unit == "m":
-        return length_unit(values)
-    return (1e9, f"10⁻⁹ {unit}") if unit in _COMPLIANCES else (1.0, unit)
+def shown_unit(unit: str, values: Iterable[float] = ()) -> tuple[float, str]:
+    """Factor from the SI `unit`, and unit, in which people read results such as `values` [unit]."""
+    return length_unit(values) if unit == "m" else _PEOPLE.get(unit, (1.0, unit))
 
 
 def length(value: float, digits: int = 3) -> str:
@@ -94,21 +98,6 @@ def sure(confidence: float) -> str:
 def shown(unit: str) -> tuple[float, str]:
     """Factor from an SI unit, and the sign of the unit it is shown in."""
     return {"rad": (180.0 / np.pi, "°"), "m": (1e3, "mm")}.get(unit, (1.0, unit))
-
-
-def joint_value(value: float, prismatic: bool) -> str:
-    """A joint value [rad or m] in degrees or millimetres, without its unit."""
-    return fixed(1e3 * value, 2) if prismatic else fixed(float(np.degrees(value)), 3)
-
-
-def joint_unit(prismatic: bool) -> str:
-    """Unit of `joint_value`."""
-    return "mm" if prismatic else "°"
-
-
-def compliance_unit(prismatic: bool) -> tuple[float, str]:
-    """Factor from SI, and unit, in which a compliance is shown."""
-    return (1e9, "10⁻⁹ m/N") if prismatic else (1e9, "10⁻⁹ rad/(N·m)")
 
 
 def given(value: float) -> str:

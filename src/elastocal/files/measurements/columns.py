@@ -75,9 +75,7 @@ class Column:
 def meanings(robot: Robot) -> dict[str, Meaning]:
     """Everything a file for this robot can have, by key; joints first."""
     found = {
-        f"q:{joint.name}": Meaning(
-            f"q:{joint.name}", joint.name, "length" if joint.prismatic else "angle"
-        )
+        f"q:{joint.name}": Meaning(f"q:{joint.name}", joint.name, joint.kind.quantity)
         for joint in robot.joints
     }
     found |= {name: Meaning(name, name) for name in WORDS}

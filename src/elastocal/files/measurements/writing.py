@@ -28,9 +28,8 @@ def write_measurements(measurements: Measurements, robot: Robot, path: str | Pat
         path: Name of the file.
     """
     m = measurements
-    units = ["mm" if joint.prismatic else "deg" for joint in robot.joints]
     header = ["experiment", "marker"]
-    header += [f"{j.name} [{unit}]" for j, unit in zip(robot.joints, units, strict=True)]
+    header += [f"{joint.name} [{joint.kind.key}]" for joint in robot.joints]
     header += [f"{name} [N]" for name in FORCES]
     columns = [robot.shown_scale * m.cases.q, m.cases.wrench[:, :3]]
     if m.cases.wrench[:, 3:].any():

@@ -11,7 +11,6 @@ import numpy as np
 from elastocal import __version__
 from elastocal.arrays import Array
 from elastocal.elastic.springs import VirtualJoints
-from elastocal.files.compliance_units import unit_of
 from elastocal.files.texts import finite, write_text
 from elastocal.simulation.monte_carlo import Campaigns, MonteCarlo
 
@@ -58,7 +57,7 @@ def _plan(found: MonteCarlo, one: Campaigns, springs: VirtualJoints) -> dict[str
         },
         "compliance": {
             name: {
-                "unit": unit_of("compliance", bool(springs.prismatic[i])),
+                "unit": springs.kinds[i].compliance,
                 "truth": float(one.truth[i]),
                 "mean": float(one.estimate[:, i].mean()),
                 "standard_error": float(one.predicted_error[i]),

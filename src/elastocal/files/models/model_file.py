@@ -19,7 +19,7 @@ from elastocal.arrays import Array
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.springs import VirtualJoints
 from elastocal.errors import InputError, ModelFileError, StudyError
-from elastocal.files.compliance_units import factor_to_si, unit_of
+from elastocal.files.compliance_units import factor_to_si
 from elastocal.files.study.spring_section import (
     extra_springs,
     in_chain_order,
@@ -30,6 +30,7 @@ from elastocal.files.study.spring_section import (
 from elastocal.files.texts import finite, read_text, write_text
 from elastocal.files.yaml_lines import Located, LocatedError, Path_, parse
 from elastocal.robot.chain import Robot
+from elastocal.robot.joint_kinds import JointKind
 
 OPAQUE = ("identification", "diagnostics")
 """Sections that are carried along and not read here."""
@@ -83,9 +84,8 @@ def model_document(
     springs = model.springs
     known = bool(model.covariance.any())
     compliance = {}
-    for i, name in enumerate(springs.names):
-        unit = unit_of("compliance", bool(springs.prismatic[i]))
-        compliance[name] = {"value": float(model.compliance[i]), "unit": unit}
+    for i, (name, kind) in enumerate(zip(springs.names, springs.kinds, strict=True)):
+        compliance[name] = {"value": float(model.compliance[i]), "unit": kind.compliance}
         if known:
             compliance[name]["standard_error"] = float(model.standard_error[i])
     document: dict[str, Any] = {
@@ -196,8 +196,8 @@ def _model(document: dict[str, Any], robot: Robot, path: Path) -> ComplianceMode
                 raise LocatedError(
                     (kind, name), f"spring {name!r} has a compliance and a stiffness; give one"
                 )
-            prismatic = _is_linear(name, extra, robot, (kind, name))
-            values[name] = _value(kind, entry, prismatic, (kind, name))
+            joint = _joint_kind(name, extra, robot, (kind, name))
+            values[name] = _value(kind, entry, joint, (kind, name))
     if not values:
         raise LocatedError((), "no compliances: give compliance or stiffness by joint name")
     missing = [name for name in extra if name not in values]
@@ -222,21 +222,23 @@ def _section(document: dict[str, Any], key: str) -> dict[str, Any]:
     return section
 
 
-def _is_linear(name: str, extra: dict[str, VirtualJoints], robot: Robot, where: Path_) -> bool:
+def _joint_kind(
+    name: str, extra: dict[str, VirtualJoints], robot: Robot, where: Path_
+) -> JointKind:
     if name in extra:
-        return bool(extra[name].prismatic[0])
+        return extra[name].kinds[0]
     if name not in robot.joint_names:
         known = ", ".join([*robot.joint_names, *extra])
         raise LocatedError(
             where, f"robot {robot.name!r} has no joint or spring {name!r}; known are {known}"
         )
-    return bool(robot.prismatic[robot.joint_names.index(name)])
+    return robot.joints[robot.joint_names.index(name)].kind
 
 
-def _value(kind: str, entry: Any, prismatic: bool, where: Path_) -> tuple[float, float | None]:
+def _value(kind: str, entry: Any, joint: JointKind, where: Path_) -> tuple[float, float | None]:
     """Compliance and its standard error, SI; None if the file gives no error."""
     name = where[-1]
-    unit = unit_of(kind, prismatic)
+    unit = joint.compliance if kind == "compliance" else joint.stiffness
     if not isinstance(entry, dict) or "value" not in entry or "unit" not in entry:
         raise LocatedError(
             where, f"{kind} of {name}: expected {{value: ..., unit: {unit}}}, found {short(entry)}"
@@ -245,7 +247,7 @@ def _value(kind: str, entry: Any, prismatic: bool, where: Path_) -> tuple[float,
         if key not in ("value", "unit", "standard_error"):
             raise LocatedError((*where, key), f"{kind} of {name}: key {key!r} is not known")
     try:
-        factor = factor_to_si(kind, entry["unit"], prismatic)
+        factor = factor_to_si(entry["unit"], unit)
     except InputError as error:
         raise LocatedError((*where, "unit"), f"{kind} of {name}: {error}") from None
     value = factor * number_at(entry["value"], (*where, "value"), f"{kind} of {name}")

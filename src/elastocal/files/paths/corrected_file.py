@@ -63,8 +63,8 @@ def corrected_document(
     for i, name in enumerate(task.names):
         point: dict[str, Any] = {"point": name, "line": task.lines[i]}
         for joint, value in zip(robot.joints, done.q[i], strict=True):
-            key = "q_mm" if joint.prismatic else "q_deg"
-            point.setdefault(key, {})[joint.name] = float(joint.shown[0] * value)
+            key = f"q_{joint.kind.key}"
+            point.setdefault(key, {})[joint.name] = float(joint.kind.scale * value)
         point["before_mm"] = _listed(1e3 * done.before[i])
         point["after_mm"] = _listed(1e3 * done.after[i])
         point["rho0_mm"] = float(1e3 * done.rho0[i])
@@ -88,7 +88,7 @@ def corrected_document(
 
 
 def _joints(robot: Robot, what: str) -> tuple[str, ...]:
-    return tuple(f"{j.name}{what} [{'mm' if j.prismatic else 'deg'}]" for j in robot.joints)
+    return tuple(f"{j.name}{what} [{j.kind.key}]" for j in robot.joints)
 
 
 def _vector(first: str) -> tuple[str, ...]:

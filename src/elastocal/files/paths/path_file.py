@@ -16,9 +16,11 @@ from elastocal.arrays import Array
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import PathFileError
 from elastocal.files.paths.orientation_columns import Form, form_of, read_orientations
-from elastocal.files.tables.csv_table import ANGLES, FORCES, LENGTHS, TORQUES, Table, read_table
+from elastocal.files.tables.csv_table import FORCES, LENGTHS, TORQUES, Table, read_table
+from elastocal.files.tables.units import UNITS
 from elastocal.robot.chain import Robot, Tool
 from elastocal.robot.inverse_kinematics import follow
+from elastocal.robot.joint_kinds import PRISMATIC, REVOLUTE
 from elastocal.robot.posture import forward_kinematics
 
 CORRECTED = "deflection dx"
@@ -27,7 +29,7 @@ _POSITION = ("x", "y", "z")
 _FORCE = ("Fx", "Fy", "Fz")
 _TORQUE = ("Tx", "Ty", "Tz")
 _JUMP = 10.0  # a step this many times the median one is a jump
-_SMALL_JUMP = {False: np.radians(5.0), True: 0.05}  # unless it is smaller than this [rad or m]
+_SMALL_JUMP = {REVOLUTE: np.radians(5.0), PRISMATIC: 0.05}  # unless this small [rad or m]
 
 
 @dataclass(frozen=True)
@@ -132,7 +134,7 @@ def _configurations(table: Table, robot: Robot) -> Array:
     """(N, n) configurations, within the joint limits."""
     q = np.zeros((len(table.rows), len(robot.joints)))
     for j, joint in enumerate(robot.joints):
-        q[:, j] = table.numbers([joint.name], LENGTHS if joint.prismatic else ANGLES)[:, 0]
+        q[:, j] = table.numbers([joint.name], UNITS[joint.kind.quantity])[:, 0]
         wrong = np.flatnonzero((q[:, j] < joint.lower) | (q[:, j] > joint.upper))
         if len(wrong):
             scale, unit = joint.shown
@@ -237,7 +239,7 @@ def _jumps(table: Table, robot: Robot, q: Array) -> Sequence[str]:
     if len(steps) < 2:
         return ()
     usual = np.median(steps, axis=0)
-    least = np.array([_SMALL_JUMP[bool(slides)] for slides in robot.prismatic])
+    least = np.array([_SMALL_JUMP[joint.kind] for joint in robot.joints])
     jumps = (steps > np.maximum(_JUMP * usual, least)).any(axis=1)
     if not jumps.any():
         return ()

@@ -20,15 +20,18 @@ LARGEST = 1e9
 def load_case_entries(robot: Robot, cases: LoadCases) -> Iterator[dict[str, Any]]:
     """One entry for each load case."""
     for q, wrench in zip(cases.q, cases.wrench, strict=True):
-        entry: dict[str, Any] = {"q_deg": {}}
-        for joint, value in zip(robot.joints, q, strict=True):
-            if joint.prismatic:
-                entry.setdefault("q_mm", {})[joint.name] = 1e3 * float(value)
-            else:
-                entry["q_deg"][joint.name] = float(np.degrees(value))
+        entry = configuration_entry(robot, q)
         entry["force_N"] = [float(v) for v in wrench[:3]]
         entry["torque_Nm"] = [float(v) for v in wrench[3:]]
         yield entry
+
+
+def configuration_entry(robot: Robot, q: Array) -> dict[str, Any]:
+    """The keys q_deg, and q_mm if a joint slides, of a configuration (n,)."""
+    entry: dict[str, Any] = {"q_deg": {}}
+    for joint, value in zip(robot.joints, q.tolist(), strict=True):
+        entry.setdefault(f"q_{joint.kind.key}", {})[joint.name] = joint.kind.scale * value
+    return entry
 
 
 def read_load_cases(entries: Any, robot: Robot, where: str) -> LoadCases:
@@ -81,6 +84,6 @@ def _vector(value: Any, where: str) -> list[float]:
 
 def columns(robot: Robot) -> list[str]:
     """Header of a table of load cases."""
-    joints = [f"{j.name} [{'mm' if j.prismatic else 'deg'}]" for j in robot.joints]
+    joints = [f"{j.name} [{j.kind.key}]" for j in robot.joints]
     forces = [f"F{axis} [N]" for axis in "xyz"] + [f"T{axis} [N.m]" for axis in "xyz"]
     return ["configuration", *joints, *forces]

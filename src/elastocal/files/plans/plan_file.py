@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from elastocal import __version__
-from elastocal.files.compliance_units import unit_of
 from elastocal.files.plans.done_section import done_section
 from elastocal.files.plans.load_case_entries import columns, load_case_entries
 from elastocal.files.plans.proposal_file import read_proposal, study_for
@@ -110,7 +109,7 @@ def plan_document(plan: Plan) -> dict[str, Any]:
             }
         )
     springs = study.springs
-    errors = zip(springs.names, springs.prismatic, worth.standard_error, strict=True)
+    errors = zip(springs.names, springs.kinds, worth.standard_error, strict=True)
     return {
         "elastocal": 1,
         "kind": "plan",
@@ -133,8 +132,7 @@ def plan_document(plan: Plan) -> dict[str, Any]:
             for pose, rho in zip(study.test_poses, worth.rho0_each, strict=True)
         },
         "standard_error": {
-            name: {"value": float(error), "unit": unit_of("compliance", bool(slides))}
-            for name, slides, error in errors
+            name: {"value": float(error), "unit": kind.compliance} for name, kind, error in errors
         },
         "criteria": _criteria(worth.criteria),
         "certificate": _certificate(robot, plan.certificate),

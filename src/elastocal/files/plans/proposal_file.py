@@ -192,7 +192,7 @@ def _read_csv(text: str, path: Path, robot: Robot) -> Proposal:
                 where = f"{path}, line {number}, column {column!r}"
                 table[i, j] = _cell(cell, where)
     n = len(robot.joints)
-    scale = np.where(robot.prismatic, 1e-3, np.pi / 180.0)
+    scale = np.array([joint.kind.si for joint in robot.joints])
     first = header.index("configuration") if "configuration" in header else None
     passed = np.array(
         [first is not None and row[first].strip().lower() == VIA for _, row in rows[1:]]

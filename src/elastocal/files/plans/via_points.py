@@ -9,7 +9,7 @@ import numpy as np
 
 from elastocal.arrays import Array, IntArray
 from elastocal.errors import PlanFileError
-from elastocal.files.plans.load_case_entries import configuration_at
+from elastocal.files.plans.load_case_entries import configuration_at, configuration_entry
 from elastocal.robot.chain import Robot
 
 VIA = "via"
@@ -22,13 +22,8 @@ def via_document(robot: Robot, via: Sequence[Array]) -> dict[str, Any]:
     entries = []
     for leg, points in enumerate(via):
         for q in points:
-            entry: dict[str, Any] = {"to": leg + 1 if leg < len(via) - 1 else "home", "q_deg": {}}
-            for joint, value in zip(robot.joints, q, strict=True):
-                if joint.prismatic:
-                    entry.setdefault("q_mm", {})[joint.name] = 1e3 * float(value)
-                else:
-                    entry["q_deg"][joint.name] = float(np.degrees(value))
-            entries.append(entry)
+            to = leg + 1 if leg < len(via) - 1 else "home"
+            entries.append({"to": to, **configuration_entry(robot, q)})
     return {"via": entries} if entries else {}
 
 

@@ -85,9 +85,9 @@ def _attributes(name: str, count: int) -> list[str]:
 def _position(number: int, program: RobotProgram, layout: Axes, row: list[float]) -> list[str]:
     labels = [f"J{i + 1}" for i in range(len(layout.arm))]
     labels += [f"E{i + 1}" for i in range(len(layout.external))]
-    sliding = program.robot.prismatic
+    joints = program.robot.joints
     cells = [
-        f"{label}={row[i]:10.4f} {' mm' if sliding[i] else 'deg'}"
+        f"{label}={row[i]:10.4f} {joints[i].kind.key:>3}"
         for label, i in zip(labels, layout.order, strict=True)
     ]
     rows = ["\t" + ",\t".join(cells[k : k + 3]) for k in range(0, len(cells), 3)]

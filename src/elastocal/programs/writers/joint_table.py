@@ -29,9 +29,8 @@ def write(program: RobotProgram, settings: Settings) -> dict[str, str]:
     values = readings(
         program, settings, "CSV", scale=robot.shown_scale, decimals=6, largest=_LARGEST
     )
-    units = ["mm" if joint.prismatic else "deg" for joint in robot.joints]
     columns = ["step", "do", "target", "experiment", "loaded", "seconds"]
-    columns += [f"{_cell(robot.joint_names[i])} [{units[i]}]" for i in layout.order]
+    columns += [f"{_cell(robot.joints[i].name)} [{robot.joints[i].kind.key}]" for i in layout.order]
     lines = [f"# {_cell(line)}" for line in header(program, settings, 98, units="deg, mm")]
     lines.append(",".join([*columns, "text"]))
     here, label = [""] * len(robot.joints), ""

@@ -59,9 +59,8 @@ def _names(
     joint: Joint, low: float, high: float, left: float, right: float, y: float, narrow: bool
 ) -> list[Markup]:
     """Name and limits: above the range where it is narrow, else beside it."""
-    factor = joint.shown[0]
-    unit = " mm" if joint.prismatic else "°"
-    ends = [f"{fixed(factor * limit, 0)}{unit}" for limit in (low, high)]
+    kind = joint.kind
+    ends = [f"{fixed(kind.scale * limit, 0)}{kind.suffix}" for limit in (low, high)]
     name = _short(joint.name)
     if narrow:
         ends[0] = f"{name}: from {ends[0]}"

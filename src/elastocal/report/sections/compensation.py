@@ -219,7 +219,7 @@ def _corrections(done: Compensation) -> dict[str, Any]:
     way, title = _way(done)
     robot = done.arm.robot
     shift = robot.shown_scale * (done.q - done.cases.q)
-    units = ["mm" if slides else "°" for slides in robot.prismatic]
+    units = [joint.kind.shown_unit for joint in robot.joints]
     largest = np.nanmax(np.abs(shift), axis=0, initial=0.0)
     most = int(np.argmax(np.where(robot.prismatic, 0.0, largest)))
     return {

@@ -26,7 +26,7 @@ from elastocal.simulation.prediction import (
     predicted_total,
     worst_pair,
 )
-from elastocal.wording.numbers import compliance_unit, fixed, length, number, percent
+from elastocal.wording.numbers import fixed, length, number, percent, shown_unit
 
 _MOST_MARKS = 3  # plans with marks of their own
 
@@ -151,7 +151,7 @@ def _unit(contents: Contents, spring: str) -> str:
     if contents.plan is None or spring not in contents.plan.study.springs.names:
         return "10⁻⁹ SI"
     springs = contents.plan.study.springs
-    return compliance_unit(bool(springs.prismatic[springs.names.index(spring)]))[1]
+    return shown_unit(springs.kinds[springs.names.index(spring)].compliance)[1]
 
 
 def _clouds(contents: Contents, found: MonteCarlo) -> list[dict[str, Any]]:

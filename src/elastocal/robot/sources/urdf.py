@@ -18,6 +18,7 @@ import numpy as np
 from elastocal.arrays import Array
 from elastocal.errors import InputError
 from elastocal.robot.chain import Joint, Robot, T_body_joint
+from elastocal.robot.joint_kinds import KINDS, PRISMATIC, kind_of
 from elastocal.robot.shapes import BodyMass, Shape
 from elastocal.robot.sources.mesh_files import MeshFiles
 from elastocal.robot.sources.urdf_text import UrdfText, checked
@@ -144,7 +145,7 @@ def _robot(
         if joint.type != "fixed":
             lower, upper = _limits(text, joint, limits, remarks)
             axis = _axis(text, joint, remarks)
-            joints.append(Joint(joint.name, T, axis, joint.type == "prismatic", lower, upper))
+            joints.append(Joint(joint.name, T, axis, joint.type == PRISMATIC.name, lower, upper))
             T = np.eye(4)
         place[joint.child] = (len(joints), T)
     unknown = [name for name in limits if name not in {joint.name for joint in joints}]
@@ -195,17 +196,17 @@ def _limits(text: UrdfText, joint: Any, limits: Limits, remarks: list[str]) -> t
     if joint.name in limits:
         return limits[joint.name]
     at = text.at(joint.name)
-    key = "limits_mm" if joint.type == "prismatic" else "limits_deg"
-    mend = f"mend the file, or give {key} beside it"
+    slides = joint.type == PRISMATIC.name
+    mend = f"mend the file, or give limits_{kind_of(slides).key} beside it"
     lower, upper = (None, None) if joint.limit is None else (joint.limit.lower, joint.limit.upper)
-    if joint.type not in ("revolute", "prismatic"):
+    if joint.type not in [kind.name for kind in KINDS]:
         return -np.inf, np.inf
     if lower is None or upper is None:
         raise InputError(f"{at} is {joint.type} and has no lower and upper limit; {mend}")
     if not lower < upper:
         raise InputError(f"{at} has no room: lower limit {lower:g}, upper limit {upper:g}; {mend}")
     largest = max(abs(lower), abs(upper))
-    if joint.type == "prismatic":
+    if slides:
         if largest > _LONGEST_REACH:
             raise InputError(
                 f"{at} slides from {lower:g} to {upper:g} m; URDF is in metres, were millimetres "

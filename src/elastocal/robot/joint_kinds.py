@@ -1,0 +1,88 @@
+"""The two kinds of joints, turning and sliding, and what goes with each: names and units.
+
+Inside all is SI. Files, screens and messages ask the kind for what people read.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class JointKind:
+    """What is true of every joint of a kind, and of a spring in one.
+
+    Attributes:
+        name: What files call it.
+        moves: What it does, in a table.
+        spring: What a spring in it is called.
+        quantity: What its values are: "angle" or "length".
+        unit: SI unit of its values.
+        suffix: Unit in which people read them, as it stands behind a number.
+        key: The same as headers and keys of files spell it: `limits_deg`, "A1 [deg]".
+        scale: Factor from SI to the shown unit.
+        si: Factor back, rounded on its own.
+        decimals: Digits behind the point that are worth printing.
+        load: Unit of what it bears.
+        compliance: SI unit of a compliance.
+        stiffness: SI unit of a stiffness.
+    """
+
+    name: str
+    moves: str
+    spring: str
+    quantity: str
+    unit: str
+    suffix: str
+    key: str
+    scale: float
+    si: float
+    decimals: int
+    load: str
+    compliance: str
+    stiffness: str
+
+    @property
+    def shown_unit(self) -> str:
+        """The unit in which people read values, alone."""
+        return self.suffix.strip()
+
+
+REVOLUTE = JointKind(
+    name="revolute",
+    moves="turns",
+    spring="angular",
+    quantity="angle",
+    unit="rad",
+    suffix="°",
+    key="deg",
+    scale=180.0 / np.pi,
+    si=np.pi / 180.0,
+    decimals=3,
+    load="N·m",
+    compliance="rad/(N·m)",
+    stiffness="N·m/rad",
+)
+PRISMATIC = JointKind(
+    name="prismatic",
+    moves="slides",
+    spring="linear",
+    quantity="length",
+    unit="m",
+    suffix=" mm",
+    key="mm",
+    scale=1e3,
+    si=1e-3,
+    decimals=2,
+    load="N",
+    compliance="m/N",
+    stiffness="N/m",
+)
+KINDS = (REVOLUTE, PRISMATIC)
+
+
+def kind_of(prismatic: bool) -> JointKind:
+    """The kind of a joint that slides, or else turns."""
+    return PRISMATIC if prismatic else REVOLUTE
