@@ -18,7 +18,6 @@ from elastocal.constraints.collision.chain import robot_solids
 from elastocal.constraints.collision.solid import capsule, solids_of
 from elastocal.constraints.line_of_sight import NEAR_MARKER, PLENTY
 from elastocal.design.exact import Effort
-from elastocal.elastic.load_cases import LoadCases
 from elastocal.files.study.study_file import parse_study
 from elastocal.measuring.instrument import Isotropic
 from elastocal.planning.assessment import assess
@@ -276,9 +275,9 @@ def test_acceptance_is_the_angle_at_the_marker() -> None:
 def test_seen_says_what_is_broken() -> None:
     cell = study()
     away = np.radians([[180.0, -60.0, 60.0, 0.0, 0.0, 0.0]])
-    view = visibility(cell, LoadCases(away, np.zeros((1, 6))))
+    view = visibility(cell.space, away)
     assert view is not None
     assert not view.seen[0, 0]
     assert view.broken[0][0]
     blind = replace(cell, instrument=Isotropic(3e-5))
-    assert visibility(blind, LoadCases(away, np.zeros((1, 6)))) is None
+    assert visibility(blind.space, away) is None

@@ -14,7 +14,7 @@ from elastocal.elastic.regressor import Regressor, regressor
 from elastocal.elastic.springs import joint_springs
 from elastocal.errors import InputError
 from elastocal.measuring.instrument import PRESETS, Instrument, Isotropic, LaserTracker
-from elastocal.planning.assessment import assess, load_case_information
+from elastocal.planning.assessment import assess
 from elastocal.planning.plain_values import simplify
 from elastocal.robot.posture import Posture
 from elastocal.robot.sources import kuka_kr270
@@ -77,7 +77,7 @@ def test_isotropic_rows_are_those_over_sigma_to_the_last_bit() -> None:
     rows = regressor(study.arm, cases) / SIGMA
     at = study.space.evaluate(x)
     assert np.array_equal(at.blocks, rows)
-    assert np.array_equal(load_case_information(study, cases), rows.transpose(0, 2, 1) @ rows)
+    assert np.array_equal(study.space.information(cases), rows.transpose(0, 2, 1) @ rows)
     part = Regressor(study.arm, Posture(study.robot, x), cases.wrench)
     cotangent = rng.normal(size=rows.shape)
     expected = part.pull(np.ascontiguousarray(cotangent.transpose(1, 2, 0)) / SIGMA)[0]
@@ -94,7 +94,7 @@ def test_information_of_a_tracker_is_that_of_weighted_least_squares() -> None:
     points = Posture(study.robot, cases.q).point(tool.markers[0]).T
     expected = rows.transpose(0, 2, 1) @ np.linalg.solve(TRACKER.covariance(points), rows)
     scale = np.abs(expected).max()
-    assert load_case_information(study, cases) == pytest.approx(expected, abs=1e-11 * scale)
+    assert study.space.information(cases) == pytest.approx(expected, abs=1e-11 * scale)
 
 
 def test_a_tracker_as_good_along_as_across_is_isotropic() -> None:
@@ -102,8 +102,8 @@ def test_a_tracker_as_good_along_as_across_is_isotropic() -> None:
     plain = Isotropic(np.sqrt(2.0) * 1e-5)
     study = kr270(A0)
     cases = study.space.load_cases(study.space.sample(10, np.random.default_rng(4)))
-    one = load_case_information(replace(study, instrument=ball), cases)
-    other = load_case_information(replace(study, instrument=plain), cases)
+    one = replace(study, instrument=ball).space.information(cases)
+    other = replace(study, instrument=plain).space.information(cases)
     assert one == pytest.approx(other, rel=1e-9, abs=1e-12 * np.abs(other).max())
     assert ball.sigma == pytest.approx(plain.sigma)
 
@@ -124,13 +124,13 @@ def test_axis_1_is_free_only_where_the_instrument_does_not_see_it() -> None:
     study = kr270(A0)
     x = study.space.sample(6, np.random.default_rng(5))
     cases = study.space.load_cases(x)
-    assert simplify(study, cases)[1] == ("A1",)
+    assert simplify(study.space, cases)[1] == ("A1",)
     tracked = replace(study, instrument=TRACKER)
-    simple, free = simplify(tracked, cases)
+    simple, free = simplify(tracked.space, cases)
     assert free == ()
     assert np.array_equal(simple.q[:, 0], cases.q[:, 0])
     above = LaserTracker(np.array([0.0, 0.0, 6.0]), 5e-6, 1.5e-7, 7.5e-6, 3e-6)
-    assert simplify(replace(study, instrument=above), cases)[1] == ("A1",)
+    assert simplify(replace(study, instrument=above).space, cases)[1] == ("A1",)
 
 
 def test_a_free_force_and_a_tracker_together() -> None:

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from elastocal.arrays import Array
+from elastocal.constraints import room_at
 from elastocal.elastic.allowed_loads import FreeDirection
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.planning.assessment import assess, margins
+from elastocal.planning.assessment import assess
+from elastocal.robot.posture import Posture
 from elastocal.study.study import Study
 from tests.paper.problems import three_link_study
 
@@ -41,8 +43,8 @@ def test_the_nearest_constraint_is_the_one_with_the_least_room() -> None:
     assert [one.name for one in near] == ["J2 <= 180°", "J3 >= -180°"]
     assert [one.unit for one in near] == ["rad", "rad"]
     np.testing.assert_allclose([one.margin for one in near], np.radians([2.0, 3.0]))
-    constraints, room = margins(study, cases)
-    assert room.shape == (len(constraints), 2) == (6, 2)
+    room = room_at(study.joint_limits, Posture(study.robot, cases.q))
+    assert room.shape == (6, 2)
     np.testing.assert_allclose(room.min(axis=0), [one.margin for one in near])
 
 
@@ -76,7 +78,7 @@ def test_rho0_of_one_pose_is_the_trace_by_hand() -> None:
         [[0.0, 60.0, 30.0], [20.0, -40.0, 80.0], [70.0, 10.0, -50.0]], np.array([0.6, 0, 0.8])
     )
     repeats = np.array([2, 3, 1])
-    rows = regressor(study.robot, study.springs, study.experiments.tool, cases)[:, :3]
+    rows = regressor(study.arm, cases)[:, :3]
     total = sum(m * block.T @ block for m, block in zip(repeats, rows, strict=True))
     a0 = study.test_poses[0].regressor
     found = assess(study, cases, repeats)

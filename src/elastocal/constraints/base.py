@@ -58,6 +58,12 @@ def margins_at(constraints: Sequence[Constraint], posture: Posture) -> Array:
     return np.array(margins).reshape(len(constraints), posture.count)
 
 
+def room_at(constraints: Sequence[Constraint], posture: Posture) -> Array:
+    """(C, N) margins of C constraints at N postures, to be shown; see `Constraint.room`."""
+    room = [constraint.room(posture) for constraint in constraints]
+    return np.array(room).reshape(len(constraints), posture.count)
+
+
 def describe(margin: float, unit: str) -> str:
     """A margin as people read it: degrees and millimetres."""
     if unit == "rad":

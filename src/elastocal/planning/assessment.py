@@ -11,11 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
-from elastocal.constraints import Constraint, describe
-from elastocal.design.space import information
+from elastocal.constraints import describe, room_at
 from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, Load
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.elastic.regressor import Regressor
 from elastocal.matrices import rank_of, scaled_inverse
 from elastocal.robot.posture import Posture
 from elastocal.study.criteria import RHO0, losses
@@ -74,7 +72,7 @@ def assess(study: Study, cases: LoadCases, repeats: IntArray) -> Assessment:
 
     Source: paper eqs. (13), (20); prior information and several test poses are ours.
     """
-    informations = load_case_information(study, cases)
+    informations = study.space.information(cases)
     total = study.prior + np.einsum("i,ijk->jk", repeats.astype(float), informations)
     regular = rank_of(total) == len(total)
     covariance = scaled_inverse(total[None])[0] if regular else np.full_like(total, np.inf)
@@ -97,28 +95,11 @@ def assess(study: Study, cases: LoadCases, repeats: IntArray) -> Assessment:
     )
 
 
-def load_case_information(study: Study, cases: LoadCases) -> Array:
-    """(N, p, p) information of each load case measured once [(N·m/rad)²]."""
-    tool = study.experiments.tool
-    posture = Posture(study.robot, cases.q)
-    rows = Regressor(study.arm, posture, cases.wrench).rows
-    points = [posture.point(marker) for marker in tool.markers]
-    white, _ = study.instrument.whiten(rows, points)
-    return information(np.ascontiguousarray(white.transpose(2, 0, 1)))
-
-
-def margins(study: Study, cases: LoadCases) -> tuple[list[Constraint], Array]:
-    """All constraints on configurations, and their margins (C, N)."""
-    posture = Posture(study.robot, cases.q)
-    constraints = [*study.joint_limits, *study.constraints]
-    room = [constraint.room(posture) for constraint in constraints]
-    return constraints, np.array(room).reshape(len(constraints), len(cases))
-
-
 def _margins(study: Study, cases: LoadCases) -> tuple[tuple[Nearest, ...], tuple[str, ...]]:
     """Nearest constraint of every load case, and what is violated."""
-    constraints, room = margins(study, cases)
+    constraints = (*study.joint_limits, *study.constraints)
     posture = Posture(study.robot, cases.q)
+    room = room_at(constraints, posture)
     names = [constraint.names_at(posture) for constraint in constraints]
     nearest = []
     violations = []

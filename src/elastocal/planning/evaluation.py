@@ -77,7 +77,7 @@ def evaluate(
     open_ends = tuple(unidentifiable(study.springs.names, worth.information))
     collisions = motion_violations(study.motion_space, cases.q, via)
     objections = [*worth.violations, *collisions, *_false_claims(study, worth, proof, claims)]
-    view = visibility(study, cases)
+    view = visibility(study.space, cases.q)
     return Evaluation(worth, proof, tuple(objections), open_ends, collisions, view)
 
 

@@ -70,7 +70,7 @@ class Plan:
     @property
     def view(self) -> Visibility | None:
         """What the tracker sees at the load cases; None if the instrument is no tracker."""
-        return visibility(self.study, self.load_cases)
+        return visibility(self.study.space, self.load_cases.q)
 
     @property
     def schedule(self) -> Schedule:
@@ -164,7 +164,7 @@ def _searched(
             effort=effort,
             progress=lambda what, share: tell(what, 0.4 + 0.6 * share),
         )
-        cases, free = simplify(study, space.load_cases(design.x))
+        cases, free = simplify(space, space.load_cases(design.x))
         order = best_order(cases, study.pace, free=partial(motions_free, motions)).sequence
         cases = LoadCases(cases.q[order], cases.wrench[order])
         try:

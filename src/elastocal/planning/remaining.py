@@ -67,7 +67,7 @@ def knowing(study: Study, before: Done) -> Study:
 
     Joints that change nothing do not make another configuration of one that was measured.
     """
-    _, free = simplify(study, before.cases)
+    _, free = simplify(study.space, before.cases)
     counts: Array = np.array([float(name not in free) for name in study.robot.joint_names])
     apart = tuple(
         Distinct(f"distance from measured configuration {i + 1} >= 1°", q, counts, _APART)

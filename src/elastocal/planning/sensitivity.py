@@ -13,7 +13,6 @@ from elastocal.arrays import Array, frozen
 from elastocal.design.criterion import InformationFunction
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.matrices import rank_of
-from elastocal.planning.assessment import load_case_information
 from elastocal.study.criteria import criterion_of
 from elastocal.study.study import Study
 
@@ -45,12 +44,12 @@ def sensitivity(
     criterion = criterion_of(study)
     if not isinstance(criterion, InformationFunction):
         return None
-    each = load_case_information(study, support)
+    each = study.space.information(support)
     total = study.prior / study.experiments.count + np.einsum("i,ijk->jk", weights, each)
     if rank_of(total) < len(total):
         return None
     gradient = criterion.gradient(total[None])[0]
-    known = np.concatenate([each, load_case_information(study, peak)])
+    known = np.concatenate([each, study.space.information(peak)])
     largest = float(np.einsum("ijk,jk->i", known, gradient).max())
     if not (np.isfinite(gradient).all() and largest > 0.0):
         return None
@@ -63,5 +62,5 @@ def worth(study: Study, known: Sensitivity, cases: LoadCases) -> Array:
     Source: equivalence theorem, docs/math.md; an experiment x raises the criterion at the rate
     tr(G M_x).
     """
-    values = np.einsum("ijk,jk->i", load_case_information(study, cases), known.gradient)
+    values = np.einsum("ijk,jk->i", study.space.information(cases), known.gradient)
     return np.asarray(values / known.largest)

@@ -13,7 +13,6 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.constraints import BeamRange, Clearance, LineOfSight, margins_at
-from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import ElastocalError, InputError
 from elastocal.motion.via_points import refuse_home
 from elastocal.planning.visibility import visibility
@@ -83,7 +82,7 @@ def check(study: Study, *, seed: int = 0) -> Checkup:
 
 def _seen(study: Study, q: Array) -> dict[str, float]:
     """Share of the configurations `q` in which each marker is seen."""
-    view = visibility(study, LoadCases(q, np.zeros((len(q), 6))))
+    view = visibility(study.space, q)
     if view is None:
         return {}
     return {name: float(seen.mean()) for name, seen in zip(view.markers, view.seen, strict=True)}

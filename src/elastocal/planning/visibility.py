@@ -1,7 +1,7 @@
 """Visibility: which marker the tracker sees in which configuration, and what is in the way.
 
-In: a study with a laser tracker, load cases. Out: a value for tables; the constraints themselves
-are in `constraints/view.py` and `constraints/line_of_sight.py`.
+In: a space with a laser tracker, configurations. Out: a value for tables; the constraints
+themselves are in `constraints/view.py` and `constraints/line_of_sight.py`.
 """
 
 from __future__ import annotations
@@ -13,11 +13,10 @@ import numpy as np
 from elastocal.arrays import Array, BoolArray, frozen
 from elastocal.constraints import AcceptanceCone
 from elastocal.constraints.view import ViewConstraint
-from elastocal.elastic.load_cases import LoadCases
 from elastocal.measuring.instrument import LaserTracker
 from elastocal.planning.assessment import TOLERANCE
 from elastocal.robot.posture import Posture
-from elastocal.study.study import Study
+from elastocal.study.experiment_space import LoadCaseSpace
 
 
 @dataclass(frozen=True)
@@ -45,13 +44,12 @@ class Visibility:
         object.__setattr__(self, "incidence", frozen(self.incidence))
 
 
-def visibility(study: Study, cases: LoadCases) -> Visibility | None:
-    """What the tracker of a study sees at N load cases; None if its instrument is no tracker."""
-    instrument = study.instrument
+def visibility(space: LoadCaseSpace, q: Array) -> Visibility | None:
+    """What a tracker sees in N configurations (N, n); None if the instrument is no tracker."""
+    instrument, tool = space.instrument, space.arm.tool
     if not isinstance(instrument, LaserTracker):
         return None
-    tool = study.experiments.tool
-    posture = Posture(study.robot, cases.q)
+    posture = Posture(space.arm.robot, q)
     shape = len(tool.markers), posture.count
     seen, angle = np.ones(shape, dtype=bool), np.full(shape, np.nan)
     length = np.array(
@@ -63,7 +61,7 @@ def visibility(study: Study, cases: LoadCases) -> Visibility | None:
     broken = []
     for k, marker in enumerate(tool.marker_names):
         worst, names = np.full(posture.count, -TOLERANCE), [""] * posture.count
-        for constraint in study.constraints:
+        for constraint in space.constraints:
             if not isinstance(constraint, ViewConstraint) or constraint.marker != marker:
                 continue
             room = constraint.room(posture)

@@ -14,6 +14,7 @@ import numpy as np
 from elastocal.arrays import Array, BoolArray
 from elastocal.constraints import Constraint, describe, margins_at
 from elastocal.design.oracle import restore
+from elastocal.design.space import information
 from elastocal.elastic.allowed_loads import FreeDirection, Load
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
@@ -71,6 +72,14 @@ class LoadCaseSpace:
     def load_cases(self, x: Array) -> LoadCases:
         """Load cases at design points (N, d)."""
         return LoadCases(x[:, : len(self.arm.robot.joints)], self._wrench(x).T)
+
+    def information(self, cases: LoadCases) -> Array:
+        """(N, p, p) information of load cases, each measured once [(N·m/rad)²]."""
+        posture = Posture(self.arm.robot, cases.q)
+        rows = Regressor(self.arm, posture, cases.wrench).rows
+        points = [posture.point(marker) for marker in self.arm.tool.markers]
+        white, _ = self.instrument.whiten(rows, points)
+        return information(np.ascontiguousarray(white.transpose(2, 0, 1)))
 
     def points(self, cases: LoadCases) -> Array:
         """(N, d) design points of load cases whose free loads have the largest norm."""

@@ -39,7 +39,6 @@ from elastocal.files.study.spring_section import extra_springs
 from elastocal.files.study.view_section import view_of
 from elastocal.files.texts import read_text
 from elastocal.files.yaml_lines import Located, LocatedError, Path_, parse
-from elastocal.planning.assessment import load_case_information
 from elastocal.robot.chain import Robot, Tool
 from elastocal.robot.pose_check import refuse_too_few
 from elastocal.study.criteria import CRITERIA
@@ -348,5 +347,5 @@ def _prior(study: Study, entry: PriorFile, folder: Path) -> Array:
         proposal = read_proposal(folder / entry.plan, study)
     except ElastocalError as error:
         raise LocatedError(("plan",), f"prior plan: {error}") from None
-    each = load_case_information(study, proposal.load_cases)
+    each = study.space.information(proposal.load_cases)
     return np.asarray(np.einsum("i,ijk->jk", proposal.repeats.astype(float), each))
