@@ -8,7 +8,7 @@ from elastocal.arrays import Array
 from elastocal.constraints.base import Constraint, Pull
 from elastocal.constraints.collision.contacts import LeftOut
 from elastocal.constraints.collision.distance import Nearest, Pairs, nearest
-from elastocal.robot.posture import Posture, cross, dot
+from elastocal.robot.posture import Posture
 from elastocal.robot.shapes import Shape
 
 PLENTY = 0.05
@@ -81,19 +81,10 @@ class Clearance(Constraint):
         The points are held fixed to their bodies: that they slide along the surfaces changes the
         distance to second order only. Source: ours; the rule is an envelope theorem.
         """
-        gradient = np.zeros_like(posture.q)
         k = np.flatnonzero((weights != 0.0) & (found.pair >= 0))
-        if not len(k):
-            return gradient
-        axes, origins = posture.axes[:, :, k], posture.origins[:, :, k]
         normal = found.normal[:, k] * weights[k]
-        bodies = np.array([[s.body for s in self.pairs.of(p)] for p in found.pair[k].tolist()]).T
-        slides = posture.robot.prismatic
-        joint = np.arange(len(posture.q))[:, None]
-        total = np.zeros((len(posture.q), len(k)))
-        for point, body, sign in ((found.first, bodies[0], 1.0), (found.second, bodies[1], -1.0)):
-            velocity = cross(axes, point[:, None, k] - origins)
-            velocity[:, slides] = axes[:, slides]
-            total += sign * np.where(joint < body, dot(velocity, normal[:, None]), 0.0)
-        gradient[:, k] = total
-        return gradient
+        bodies = np.array([[s.body for s in self.pairs.of(p)] for p in found.pair[k].tolist()])
+        first, second = bodies.reshape(-1, 2).T
+        return posture.pull_carried(
+            k, (found.first[:, k], first, normal), (found.second[:, k], second, -normal)
+        )

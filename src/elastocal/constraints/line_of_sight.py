@@ -14,7 +14,7 @@ from elastocal.constraints.collision.segments import Closest, between_segments, 
 from elastocal.constraints.collision.solid import Solid
 from elastocal.constraints.view import ViewConstraint
 from elastocal.robot.chain import Robot
-from elastocal.robot.posture import Posture, cross, dot
+from elastocal.robot.posture import Posture, dot
 
 BEAM_RADIUS = 0.01
 """Radius of the beam with some room [m], if nothing is said."""
@@ -184,10 +184,7 @@ class LineOfSight(ViewConstraint):
         Both nearest points are held fixed, the one to its share of the beam, the other to its
         body. Source: ours; the rule is an envelope theorem.
         """
-        gradient = np.zeros_like(posture.q)
         k = np.flatnonzero((weights != 0.0) & (found.solid >= 0))
-        if not len(k):
-            return gradient
         point, length, unit = self.beam(posture)
         unit, length, normal = unit[:, k], length[k], found.normal[:, k] * weights[k]
         # The watched end is a fixed way before the marker, along a beam that turns.
@@ -195,20 +192,11 @@ class LineOfSight(ViewConstraint):
         share = dot(found.beam[:, k] - self.position[:, None], unit) / watched
         along = unit * dot(unit, normal)
         force = share * (along + (normal - along) * (watched / length))
-        axes, origins = posture.axes[:, :, k], posture.origins[:, :, k]
-        slides = posture.robot.prismatic
-        joint = np.arange(len(posture.q))[:, None]
-        total = np.zeros((len(posture.q), len(k)))
-        everywhere = np.full(len(k), len(posture.q))
-        for at, body, pushed in (
-            (point[:, k], everywhere, force),
-            (found.second[:, k], self._bodies[found.solid[k]], -normal),
-        ):
-            velocity = cross(axes, at[:, None] - origins)
-            velocity[:, slides] = axes[:, slides]
-            total += np.where(joint < body, dot(velocity, pushed[:, None]), 0.0)
-        gradient[:, k] = total
-        return gradient
+        flange = np.full(len(k), len(posture.q))
+        solid = self._bodies[found.solid[k]]
+        return posture.pull_carried(
+            k, (point[:, k], flange, force), (found.second[:, k], solid, -normal)
+        )
 
 
 def _alone(solid: Solid, posture: Posture, point: Array) -> float:

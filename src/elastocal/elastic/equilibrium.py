@@ -24,7 +24,7 @@ from elastocal.arrays import Array, BoolArray, frozen
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import EquilibriumError
-from elastocal.robot.posture import Posture, cross, dot
+from elastocal.robot.posture import Posture, cross, dot, velocities
 
 _CHUNK = 2048  # load cases evaluated at once: what stays in the cache
 _MOST_STEPS = 30
@@ -191,16 +191,10 @@ def _linearise(
     turns = axes.copy()
     turns[:, slides] = 0.0
 
-    def velocity(point: Array) -> Array:
-        """(3, p, N) velocity of a point for unit speeds of the springs."""
-        v = cross(axes, point[:, None] - origins)
-        v[:, slides] = axes[:, slides]
-        return v
-
     effort = np.zeros((p, count))
     slope = np.zeros((p, p, count))  # H
     for point, force, carries in _loads(arm, posture, wrench):
-        v = velocity(point)
+        v = velocities(axes, point[:, None] - origins, slides)
         v[:, ~carries] = 0.0
         effort += dot(v, force[:, None])
         turning = cross(v, force[:, None])
@@ -220,11 +214,12 @@ def _linearise(
     right = np.concatenate([(k * effort - displacement.T)[:, None], _diagonal(effort)], axis=1)
     solved = _solved(tangent.transpose(2, 0, 1), right.transpose(2, 0, 1))
     points = [posture.point(marker) for marker in arm.tool.markers]
+    given = [velocities(axes, point[:, None] - origins, slides) for point in points]
     return Linearisation(
         step=solved[:, :, 0],
         slope=solved[:, :, 1:],
         markers=np.concatenate(points).T,
-        velocity=np.concatenate([velocity(point) for point in points]).transpose(2, 0, 1),
+        velocity=np.concatenate(given).transpose(2, 0, 1),
         stiffening=slope.transpose(2, 0, 1),
     )
 

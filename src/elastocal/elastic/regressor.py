@@ -22,7 +22,7 @@ from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InputError
 from elastocal.matrices import rank_of
 from elastocal.robot.chain import Robot, Tool
-from elastocal.robot.posture import Posture, cross, dot, jacobian
+from elastocal.robot.posture import Posture, cross, dot, jacobian, velocities
 
 
 def regressor(arm: ElasticArm, cases: LoadCases, *, rotation: bool = False) -> Array:
@@ -110,7 +110,7 @@ class Regressor:
         self.turns = self._turning(self.axes)
         self.at = [posture.point(local)[:, None] for local in self.points]
         self.arms = [at - origins for at in self.at]
-        self.velocities = [self._velocity(arm) for arm in self.arms]
+        self.velocities = [velocities(self.axes, arm, self.springs.prismatic) for arm in self.arms]
         y = dot(self.velocities[_LOAD], self.force)
         if self.has_moment:
             y += dot(self.turns, self.moment)
@@ -199,13 +199,6 @@ class Regressor:
             axes[:, j] = self.posture.direction(springs.axis[j], body)
             origins[:, j] = self.posture.point(springs.origin[j], body)
         return axes, origins
-
-    def _velocity(self, arm: Array) -> Array:
-        """Velocity (3, p, N) that each twist gives to the point at `arm` from its origin."""
-        velocity = cross(self.axes, arm)
-        if self.sliding is not None:
-            velocity[:, self.sliding] = self.axes[:, self.sliding]
-        return velocity
 
     def _turning(self, vectors: Array) -> Array:
         """`vectors` (3, p, N) of the turning twists, zero for the sliding ones."""

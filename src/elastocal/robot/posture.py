@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from elastocal.arrays import Array
+from elastocal.arrays import Array, BoolArray, IntArray
 from elastocal.robot.chain import Robot
 
 
@@ -81,10 +81,7 @@ class Posture:
         """(3, n, N) velocity of a flange point (3, N) for a unit velocity of each joint."""
         if id(point) in self._jacobians:
             return self._jacobians[id(point)]
-        velocity = cross(self.axes, point[:, None] - self.origins)
-        slides = self.robot.prismatic
-        if slides.any():
-            velocity[:, slides] = self.axes[:, slides]
+        velocity = velocities(self.axes, point[:, None] - self.origins, self.robot.prismatic)
         if any(point is known for known in self._points.values()):
             self._jacobians[id(point)] = velocity
         return velocity
@@ -92,6 +89,24 @@ class Posture:
     def pull_point(self, point: Array, cotangent: Array) -> Array:
         """(n, N) gradient in q of a scalar with gradient `cotangent` (3, N) in a flange point."""
         return dot(self.point_jacobian(point), cotangent[:, None])
+
+    def pull_carried(self, which: IntArray, *moved: tuple[Array, IntArray, Array]) -> Array:
+        """(n, N) gradient in q of a scalar that depends on points of moving bodies.
+
+        Args:
+            which: (K,) configurations in which it does.
+            moved: Points (3, K) [m], the bodies (K,) to which they are fixed, and the gradient
+                (3, K) of the scalar in them.
+        """
+        axes, origins = self.axes[:, :, which], self.origins[:, :, which]
+        joint = np.arange(len(self.q))[:, None]
+        total = np.zeros((len(self.q), len(which)))
+        for point, body, cotangent in moved:
+            velocity = velocities(axes, point[:, None] - origins, self.robot.prismatic)
+            total += np.where(joint < body, dot(velocity, cotangent[:, None]), 0.0)
+        gradient = np.zeros_like(self.q)
+        gradient[:, which] = total
+        return gradient
 
     def pull_direction(self, direction: Array, cotangent: Array) -> Array:
         """(n, N) gradient in q of a scalar with gradient `cotangent` in a flange direction."""
@@ -127,6 +142,20 @@ def jacobian(robot: Robot, q: Array, point: Array | None = None) -> Array:
     result[:, :3, :] = posture.point_jacobian(at).transpose(2, 0, 1)
     result[:, 3:, turning] = posture.axes[:, turning].transpose(2, 0, 1)
     return result
+
+
+def velocities(axes: Array, arms: Array, slides: BoolArray) -> Array:
+    """(3, n, N) velocity that a unit speed of each of n joints gives to a point.
+
+    Args:
+        axes: (3, n, N) axes of the joints.
+        arms: (3, n, N) the point, seen from a point on each axis [m].
+        slides: (n,) joints that slide along their axis.
+    """
+    velocity = cross(axes, arms)
+    if slides.any():
+        velocity[:, slides] = axes[:, slides]
+    return velocity
 
 
 def cross(a: Array, b: Array) -> Array:
