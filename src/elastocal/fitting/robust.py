@@ -22,7 +22,14 @@ _MEDIAN = 2.365974  # median of χ² with three degrees of freedom
 
 
 class Loss(abc.ABC):
-    """How much a reading counts."""
+    """How much a reading counts.
+
+    Attributes:
+        tamer: The loss from whose fit this one starts, for not all losses are convex; None: the
+            fit needs no start, every reading counts in full.
+    """
+
+    tamer: Loss | None
 
     @abc.abstractmethod
     def weight(self, size: Array) -> Array:
@@ -37,6 +44,8 @@ class Loss(abc.ABC):
 class Squares(Loss):
     """Least squares: every reading counts as much as its noise says."""
 
+    tamer = None
+
     def weight(self, size: Array) -> Array:
         return np.ones_like(size)
 
@@ -49,6 +58,7 @@ class Huber(Loss):
     """Beyond the threshold a reading pulls with constant force."""
 
     threshold: float = 1.62799
+    tamer = Squares()
 
     def weight(self, size: Array) -> Array:
         return np.minimum(1.0, self.threshold / np.maximum(size, 1e-300))
@@ -62,6 +72,7 @@ class Bisquare(Loss):
     """Beyond the threshold a reading does not count at all (Tukey)."""
 
     threshold: float = 5.49025
+    tamer = Huber()
 
     def weight(self, size: Array) -> Array:
         return np.asarray(np.maximum(0.0, 1.0 - (size / self.threshold) ** 2) ** 2)

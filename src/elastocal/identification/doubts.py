@@ -45,13 +45,13 @@ def _signs(found: Identification) -> Iterator[Doubt]:
 
 def _noise(found: Identification) -> Iterator[Doubt]:
     numbers = {"scale": found.scale, "chi_square": found.chi_square, "dof": found.dof}
-    if found.how.sigma == "known" and found.dof > 0 and found.how.loss == "squares":
+    if found.dof > 0 and not (found.how.estimates_sigma or found.how.robust):
         p = p_value_chi_square(found.chi_square, found.dof)
         if p < SURE:
             yield Doubt("noisier-than-promised", numbers=numbers)
         elif p > 1.0 - SURE:
             yield Doubt("quieter-than-promised", numbers=numbers)
-    if found.how.sigma == "estimated" and found.dof < _FEW:
+    if found.how.estimates_sigma and found.dof < _FEW:
         yield Doubt("few-degrees-of-freedom", numbers={"dof": found.dof})
     lack = found.lack_of_fit
     if lack is not None and lack.beyond_chance:
@@ -99,7 +99,7 @@ def _correlated(found: Identification) -> Iterator[Doubt]:
 
 def _outlying(found: Identification) -> Iterator[Doubt]:
     data = found.measurements
-    if found.how.loss != "squares":
+    if found.how.robust:
         low = np.flatnonzero(found.weight < 0.5)
         if len(low):
             unused = int((found.weight[low] < 0.01).sum())
@@ -134,7 +134,7 @@ def _far_out(found: Identification, limit: float) -> Array:
 
 
 def _nonlinear(found: Identification) -> Iterator[Doubt]:
-    if found.how.model != "linear" and len(found.linear):
+    if not found.how.linear:
         return
     # The fit of the paper: say so where the deflections are large enough to matter.
     size = float(np.linalg.norm(found.measurements.deflection, axis=1).max(initial=0.0))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from elastocal.errors import InputError
-from elastocal.fitting.robust import LOSSES
+from elastocal.fitting.robust import LOSSES, Loss
 
 
 @dataclass(frozen=True)
@@ -41,3 +41,23 @@ class Fit:
             raise InputError(
                 f"the confidence must be from 0.5 to below 1, found {self.confidence:g}"
             )
+
+    @property
+    def linear(self) -> bool:
+        """Whether the model is the linear one."""
+        return self.model == "linear"
+
+    @property
+    def estimates_sigma(self) -> bool:
+        """Whether the noise is found from the residuals."""
+        return self.sigma == "estimated"
+
+    @property
+    def weigher(self) -> Loss:
+        """The loss by which readings count."""
+        return LOSSES[self.loss]
+
+    @property
+    def robust(self) -> bool:
+        """Whether outlying readings count less."""
+        return self.weigher.tamer is not None

@@ -17,7 +17,7 @@ from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import regressor
 from elastocal.errors import InputError
 from elastocal.fitting.least_squares import LinearFit, fit
-from elastocal.fitting.robust import Bisquare, Huber, Loss, Squares, robust_scale
+from elastocal.fitting.robust import Loss, robust_scale
 from elastocal.measuring.measurements import Measurements
 from elastocal.measuring.whitening import noise_factors
 
@@ -86,16 +86,15 @@ def solve_linear(problem: Problem, loss: Loss) -> Solution:
     """
     factors = noise_factors(problem.measurements.covariance)
     start, model = np.array(problem.start), _Linear(problem)
-    # Not all losses are convex: each starts from the fit of a tamer one.
-    stages: list[Loss] = [Squares()]
-    if isinstance(loss, Bisquare):
-        stages.append(Huber())
-    if not isinstance(loss, Squares):
-        stages.append(loss)
-    for chosen in stages:
-        found = _iterate(problem, model, factors, chosen, start)
+    for stage in _stages(loss):
+        found = _iterate(problem, model, factors, stage, start)
         start[problem.free] = found.compliance
     return found
+
+
+def _stages(loss: Loss) -> list[Loss]:
+    """The losses of which each starts from the fit of the one before."""
+    return [loss] if loss.tamer is None else [*_stages(loss.tamer), loss]
 
 
 def solve_equilibrium(problem: Problem, linear: Solution, loss: Loss) -> Solution:
@@ -189,7 +188,7 @@ def _iterate(
         compliance += step
         if not np.isfinite(compliance).all():
             break
-        direct = isinstance(model, _Linear) and isinstance(loss, Squares)
+        direct = isinstance(model, _Linear) and loss.tamer is None
         if direct or _at_rest(step[free], compliance[free], found):
             residual = values - rows[:, :, free] @ found.estimate
             return Solution(
@@ -197,7 +196,7 @@ def _iterate(
             )
     why = "the loads are too large for these compliances, or most readings are wrong"
     advice = "look at the linear model first"
-    if not isinstance(loss, Squares):
+    if loss.tamer is not None:
         why = "the readings may be too few, or too many of them wrong, to tell which are wrong"
         advice = "look at least squares, or at a tamer loss, first"
     raise InputError(
@@ -249,7 +248,7 @@ def _fit(problem: Problem, rows: Array, values: Array, weight: Array, at: Array)
 def _weighed(problem: Problem, loss: Loss, values: Array) -> tuple[Array, float]:
     """Weights (R,) of residuals (R, 3), and the scale they are judged by."""
     size = np.linalg.norm(values, axis=1)
-    if isinstance(loss, Squares):
+    if loss.tamer is None:
         return np.ones_like(size), 1.0
     scale = 1.0 if problem.known_noise else robust_scale(size, degrees_of_freedom(problem))
     return loss.weight(size / scale), scale

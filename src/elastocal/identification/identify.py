@@ -19,7 +19,6 @@ from elastocal.errors import IdentifiabilityError, InputError
 from elastocal.fitting.goodness import lack_of_fit
 from elastocal.fitting.influence import Influence, influence, reordered
 from elastocal.fitting.least_squares import column_norms
-from elastocal.fitting.robust import LOSSES
 from elastocal.identification.fit import Fit
 from elastocal.identification.gauss_newton import (
     Problem,
@@ -60,14 +59,14 @@ def identify(
     """
     how = how or Fit()
     problem = _problem(arm, measurements, how, prior, known)
-    linear = solve_linear(problem, LOSSES[how.loss])
+    linear = solve_linear(problem, how.weigher)
     names, p = arm.springs.names, len(arm.springs)
     groups = confounded(linear.fit.information)
     if groups:
         raise IdentifiabilityError(_left_open(names, groups, measurements))
     found = linear
-    if how.model == "equilibrium":
-        found = solve_equilibrium(problem, linear, LOSSES[how.loss])
+    if not how.linear:
+        found = solve_equilibrium(problem, linear, how.weigher)
     dof = degrees_of_freedom(problem)
     misfit = _prior_misfit(problem, found)
     chi_square = float(np.sum(found.residual**2)) + misfit
@@ -140,7 +139,7 @@ def _problem(
         )
     bent = replace(arm, springs=springs, tool=measurements.tool)
     return Problem(
-        bent, free, start, measurements, rows, values, how.nonnegative, how.sigma == "known"
+        bent, free, start, measurements, rows, values, how.nonnegative, not how.estimates_sigma
     )
 
 

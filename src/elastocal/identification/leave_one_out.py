@@ -76,7 +76,7 @@ def _summed(values: Array, data: Measurements) -> Array:
 def _rows(found: Identification, data: Measurements) -> Array:
     """(R, 3, c) derivatives of the deflections in all compliances."""
     arm = replace(found.arm, springs=found.model.springs, tool=data.tool)
-    if found.how.model == "linear":
+    if found.how.linear:
         gradient = regressor(arm, data.cases)
     else:
         gradient = deflection_and_gradient(arm, found.model.compliance, data.cases)[1]

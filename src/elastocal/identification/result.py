@@ -87,7 +87,7 @@ class Identification:
     @property
     def noise_factor(self) -> float:
         """What promised standard deviations are multiplied by: `scale` if σ was estimated."""
-        return self.scale if self.how.sigma == "estimated" else 1.0
+        return self.scale if self.how.estimates_sigma else 1.0
 
     @property
     def linear_shift(self) -> Array:

@@ -11,7 +11,7 @@ from elastocal.arrays import Array
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.errors import IdentifiabilityError
 from elastocal.fitting.least_squares import column_norms
-from elastocal.fitting.robust import EFFICIENCY, LOSSES, inflation, robust_scale
+from elastocal.fitting.robust import EFFICIENCY, inflation, robust_scale
 from elastocal.identification.fit import Fit
 from elastocal.identification.gauss_newton import Problem, Solution
 
@@ -19,15 +19,15 @@ from elastocal.identification.gauss_newton import Problem, Solution
 def noise(how: Fit, found: Solution, chi_square: float, dof: int) -> tuple[float, float, float]:
     """Noise over the promised one, variance factor of the estimate, degrees of freedom."""
     scale = float(np.sqrt(chi_square / dof)) if dof > 0 else float("nan")
-    if how.loss != "squares":
+    if how.robust:
         size = np.linalg.norm(found.residual, axis=1)
         scale = robust_scale(size, dof)
-        used = 1.0 if how.sigma == "known" else scale
-        variance = inflation(LOSSES[how.loss], size, used, max(dof, 1))
-        if how.sigma == "known":  # no robust fit beats least squares by luck
+        used = scale if how.estimates_sigma else 1.0
+        variance = inflation(how.weigher, size, used, max(dof, 1))
+        if not how.estimates_sigma:  # no robust fit beats least squares by luck
             variance = max(variance, 1.0 / EFFICIENCY)
-        return scale, variance, float(dof) if how.sigma == "estimated" else np.inf
-    if how.sigma == "known":
+        return scale, variance, float(dof) if how.estimates_sigma else np.inf
+    if not how.estimates_sigma:
         return scale, 1.0, np.inf
     if dof < 1:
         raise IdentifiabilityError(

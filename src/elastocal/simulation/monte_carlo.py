@@ -255,7 +255,7 @@ def _check(study: Study, truth: ComplianceModel, number: int, workers: int, how:
         raise InputError(f"the number of campaigns must be at least 2, found {number}")
     if workers < 1:
         raise InputError(f"the number of workers must be at least 1, found {workers}")
-    if how.loss != "squares" or how.nonnegative:
+    if how.robust or how.nonnegative:
         raise InputError("many campaigns are fitted by plain least squares, without bounds")
 
 
@@ -274,7 +274,7 @@ def _design(
         cases=cases,
         case=np.repeat(np.arange(len(cases)), repeats),
         covariance=ideal.covariance,
-        equilibrium=how.model == "equilibrium",
+        equilibrium=not how.linear,
     )
 
 
@@ -313,7 +313,7 @@ def _chunk(plan: _Plan, size: int, seed: np.random.SeedSequence) -> tuple[Array,
     readings = _readings(plan, size, np.random.default_rng(seed))
     fitted = fit_all(plan.design, readings)
     variance = np.ones(size)
-    if plan.how.sigma == "estimated":
+    if plan.how.estimates_sigma:
         variance = fitted.chi_square / plan.design.dof
     diagonal = np.diagonal(fitted.covariance, axis1=1, axis2=2)
     error = np.sqrt(variance[:, None] * diagonal)
@@ -352,7 +352,7 @@ def _collected(
     weight = np.array([pose.weight for pose in poses])
     weight = weight / weight.sum()
     loss = sum(w * p.regressor.T @ p.regressor for w, p in zip(weight, poses, strict=True))
-    dof = float(design.dof) if plan.how.sigma == "estimated" else np.inf
+    dof = float(design.dof) if plan.how.estimates_sigma else np.inf
     return Campaigns(
         name=name,
         experiments=len(design.case),

@@ -83,7 +83,7 @@ def _noise(found: Identification) -> str:
 
 
 def _linear(found: Identification) -> str:
-    if found.how.model == "linear":
+    if found.how.linear:
         return "Linear model of the deflections, as in the paper."
     shift = (found.linear - found.compliance) / np.maximum(found.standard_error, 1e-300)
     j = int(np.argmax(np.abs(shift)))

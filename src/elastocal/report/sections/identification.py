@@ -130,7 +130,7 @@ def _forest(family: Family, contents: Contents, found: Identification) -> Any:
 def _how(found: Identification) -> list[str]:
     """How it was fitted, in words."""
     said = []
-    if found.how.model == "linear":
+    if found.how.linear:
         said.append("Fitted by the linear model: deflections of the unloaded configuration.")
     else:
         shift = found.linear_shift
@@ -140,14 +140,14 @@ def _how(found: Identification) -> list[str]:
             f"linear model would be off by up to {number(float(shift[worst]), 2)} standard errors "
             f"({found.identified[worst]})."
         )
-    if found.how.sigma == "known":
+    if not found.how.estimates_sigma:
         said.append("Intervals rest on the promised noise.")
     else:
         said.append(
             f"Intervals rest on the noise found, with Student's t for {found.dof} degrees of "
             "freedom."
         )
-    if found.how.loss != "squares":
+    if found.how.robust:
         said.append(f"Robust loss {found.how.loss}: outlying readings count less.")
     return said
 
@@ -160,7 +160,7 @@ def _residuals(found: Identification) -> dict[str, Any]:
         "strips": two_widths(lambda width: strips_chart(strips, width)),
         "strips_remark": strips.remark,
         "inside": percent(share_inside(found)),
-        "estimated": found.how.sigma == "estimated",
+        "estimated": found.how.estimates_sigma,
         "quantiles": None if quantiles is None else quantile_chart(quantiles),
         "lack": lack_of_fit_in_words(found),
     }
