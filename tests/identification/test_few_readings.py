@@ -37,7 +37,7 @@ def test_one_degree_of_freedom() -> None:
     data = measured(arm(), hung(2), rng=np.random.default_rng(2), noise=3 * SIGMA, linear=True)
     found = identify(arm(), data, LINEAR)
     bent = arm()
-    rows = regressor(bent.robot, bent.springs, bent.tool, data.cases).reshape(-1, 5)
+    rows = regressor(bent, data.cases).reshape(-1, 5)
     rest = np.linalg.lstsq(rows * 1e-6, data.deflection.reshape(-1), rcond=None)[1][0]
     assert found.dof == 1
     assert found.chi_square == pytest.approx(rest / SIGMA**2, rel=1e-6)
