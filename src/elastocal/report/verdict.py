@@ -12,6 +12,7 @@ import numpy as np
 from elastocal.arrays import Array
 from elastocal.planning.certificate import Certificate
 from elastocal.planning.plan import Plan
+from elastocal.wording.lists import counted
 from elastocal.wording.numbers import given, length, number, percent
 
 
@@ -149,8 +150,3 @@ def _advice(plan: Plan) -> list[str]:
     if plan.study.prior is not None and np.any(plan.study.prior):
         sentences.append("What was known before these experiments is counted in every number.")
     return sentences
-
-
-def counted(count: int, noun: str) -> str:
-    """A number with its noun."""
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"

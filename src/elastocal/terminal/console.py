@@ -14,6 +14,7 @@ from rich.table import Table
 
 from elastocal.arrays import Array
 from elastocal.planning.certificate import Progress as Tell
+from elastocal.wording.numbers import length_unit
 
 out = Console(highlight=False, soft_wrap=False)
 err = Console(stderr=True, highlight=False)
@@ -46,13 +47,7 @@ def numbers(vector: Array) -> str:
     return " ".join(f"{value + 0.0:.5g}" for value in vector)
 
 
-def micrometres(length: float) -> str:
-    """A length in micrometres, or millimetres if it is large."""
-    if not np.isfinite(length):
-        return "∞"
-    return f"{1e6 * length:.4g} µm" if abs(length) < 1e-3 else f"{1e3 * length:.4g} mm"
-
-
-def counted(count: int, noun: str) -> str:
-    """A number with its noun: 1 reading, 2 readings."""
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+def micrometres(value: float) -> str:
+    """A length in micrometres, or millimetres if it is large, with four digits."""
+    factor, unit = length_unit([abs(value)])
+    return f"{factor * value:.4g} {unit}" if np.isfinite(value) else "∞"

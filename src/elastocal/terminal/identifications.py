@@ -11,8 +11,9 @@ from elastocal.identification.doubts import doubts
 from elastocal.identification.result import Identification
 from elastocal.identification.validation import Validation, summary
 from elastocal.robot.joint_kinds import PRISMATIC
-from elastocal.terminal.console import counted, micrometres, out, whole
+from elastocal.terminal.console import micrometres, out, whole
 from elastocal.wording import worded
+from elastocal.wording.lists import counted
 
 _BAR = 25  # characters of a drawn interval
 _MOST = 20  # experiments listed one by one

@@ -22,8 +22,8 @@ from elastocal.report.path_picture import magnification, path_picture
 from elastocal.report.scene import path_scene
 from elastocal.report.section import Part, Section
 from elastocal.report.tables import Row, Table
-from elastocal.report.verdict import counted
 from elastocal.wording import together, worded
+from elastocal.wording.lists import counted
 from elastocal.wording.numbers import length, plain
 
 _NOTHING = 1e-9  # an error that is not worth a line [m]

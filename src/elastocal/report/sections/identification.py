@@ -30,8 +30,9 @@ from elastocal.report.layout import two_widths
 from elastocal.report.residual_figures import residual_figures
 from elastocal.report.scene import vector_scene
 from elastocal.report.section import Part, Section
-from elastocal.report.verdict import Tile, counted
+from elastocal.report.verdict import Tile
 from elastocal.wording import worded
+from elastocal.wording.lists import counted
 from elastocal.wording.numbers import length, number, percent, plain
 from elastocal.wording.numbers import sure as sure_of
 

@@ -26,8 +26,8 @@ from elastocal.report.sections.identification import remarks as identification_r
 from elastocal.report.sections.monte_carlo import monte_carlo_remarks
 from elastocal.report.sections.provenance import robot_of
 from elastocal.report.sections.validation import origin, removed, validation_remarks
-from elastocal.report.verdict import counted
 from elastocal.simulation.monte_carlo import MonteCarlo
+from elastocal.wording.lists import counted
 from elastocal.wording.numbers import length, number, percent, sure
 
 _NEXT = {

@@ -16,7 +16,7 @@ from elastocal.report.contents import Contents
 from elastocal.report.layout import two_widths
 from elastocal.report.section import Part, Section
 from elastocal.report.tables import Row, Table
-from elastocal.report.verdict import counted
+from elastocal.wording.lists import counted
 from elastocal.wording.numbers import length, number, percent, sure
 
 
