@@ -56,7 +56,7 @@ def detours(space: MotionSpace, q: Array, *, seed: int = 0) -> tuple[Array, ...]
     if margins.free.all():
         return ()
     found: list[Array] = []
-    route = np.zeros((0, q.shape[1]))  # what is passed from home to where the robot is
+    route = np.zeros((0, q.shape[1]))  # what was passed since home was left last
     for k, leg in enumerate(straight):
         between = route[:0]
         if not margins.free[k]:
@@ -75,6 +75,8 @@ def detours(space: MotionSpace, q: Array, *, seed: int = 0) -> tuple[Array, ...]
             between = way
         found.append(between)
         route = np.vstack([route, *leg[:1][: min(k, 1)], between])
+        home = np.flatnonzero((route == space.pace.home).all(axis=1))
+        route = route[home[-1] + 1 :] if len(home) else route
     left = motion_violations(space, q, found)
     if left:
         raise InfeasibleError(left[0])

@@ -22,7 +22,7 @@ from elastocal.motion.margins import (
     relative_speed,
 )
 from elastocal.motion.pace import Pace, for_robot
-from elastocal.motion.via_points import detours, refuse_home, way_around
+from elastocal.motion.via_points import UnreachableError, detours, refuse_home, way_around
 from elastocal.programs.campaign_program import campaign_program
 from elastocal.programs.robot_program import Move
 from elastocal.robot.chain import Joint, Robot, Tool, transform
@@ -203,6 +203,58 @@ def test_what_blocks_all_ways_is_named() -> None:
         detours(study.motion_space, GOAL)
     assert "from home to configuration 1" in str(error.value)
     assert "hits curtain with ball by 150 mm at 50 %" in str(error.value)
+
+
+def known_ways(
+    monkeypatch: pytest.MonkeyPatch, ways: dict[tuple[str, str], list[list[float]]]
+) -> None:
+    """The search finds these ways and no others; places are H, and configurations by their x."""
+    places = {"H": -0.8, "A": 0.85, "B": 0.5}
+
+    def found(space: object, start: np.ndarray, goal: np.ndarray, rng: object) -> object:
+        for (a, b), way in ways.items():
+            if np.isclose([start[0], goal[0]], [places[a], places[b]], atol=0.06).all():
+                return np.array(way)
+        return None
+
+    monkeypatch.setattr("elastocal.motion.via_points.way_around", found)
+
+
+WALL = ("wall", (0.0, -0.2), (0.1, 1.5))
+
+
+def test_home_the_way_it_came(monkeypatch: pytest.MonkeyPatch) -> None:
+    forth = [[-0.5, 0.7], [0.5, 0.75]]
+    known_ways(monkeypatch, {("H", "A"): forth})
+    study = slider([WALL])
+    via = detours(study.motion_space, GOAL)
+    np.testing.assert_array_equal(via[0], forth)
+    np.testing.assert_array_equal(via[1], forth[::-1])
+    assert motion_violations(study.motion_space, GOAL, via) == ()
+
+
+def test_over_home_where_no_other_way_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From A to B the way leads back home; home from B as from home to B, not by A again."""
+    q = np.array([[0.85, 0.0], [0.5, 0.0]])
+    to_a, to_b = [[-0.5, 0.8], [0.85, 0.8]], [[-0.5, 0.75], [0.5, 0.75]]
+    known_ways(monkeypatch, {("H", "A"): to_a, ("H", "B"): to_b})
+    study = slider([WALL, ("post", (0.675, -0.2), (0.02, 1.5))])
+    via = detours(study.motion_space, q)
+    home = study.pace.home.tolist()
+    assert [points.tolist() for points in via] == [to_a, [*to_a[::-1], home, *to_b], to_b[::-1]]
+    assert motion_violations(study.motion_space, q, via) == ()
+
+
+def test_ways_that_are_not_free_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever the search says: the motions are judged again."""
+    known_ways(monkeypatch, {("H", "A"): [[0.0, -0.9]], ("A", "H"): [[0.0, 0.8]]})
+    with pytest.raises(InfeasibleError, match="home to configuration 1, part 1 of 2, hits wall"):
+        detours(slider([WALL]).motion_space, GOAL)
+    known_ways(monkeypatch, {("H", "A"): [[0.0, 0.8]], ("A", "H"): [[0.0, 0.8]]})
+    q = np.array([[0.8, 0.0], [-0.3, 0.3]])
+    with pytest.raises(UnreachableError, match="from configuration 1 to configuration 2") as error:
+        detours(slider([WALL]).motion_space, q)
+    np.testing.assert_array_equal(error.value.q, q[1])
 
 
 def test_a_home_in_collision_is_refused() -> None:
