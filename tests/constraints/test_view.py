@@ -247,6 +247,23 @@ def test_the_head_turns_past_half_a_turn() -> None:
     assert level.room(posture)[0] == pytest.approx(np.radians(-45.0))
 
 
+def test_a_beam_with_nothing_in_the_way_has_plenty_of_room() -> None:
+    """No solids, or weights of zero: no gradient; far solids are not measured by the search."""
+    robot, rng = kuka_kr270(), np.random.default_rng(3)
+    posture = Posture(robot, rng.uniform(robot.lower, robot.upper, (5, 6)))
+    empty = LineOfSight("sight", "M1", POINT, POSITION, (), robot)
+    margin, pull = empty.at(posture)
+    np.testing.assert_array_equal(margin, PLENTY)
+    np.testing.assert_array_equal(pull(np.ones(5)), np.zeros((6, 5)))
+    np.testing.assert_array_equal(empty.room(posture), np.inf)
+    assert empty.names_at(posture) == ["sight"] * 5
+    ball = Shape("sphere", np.array([0.4]), transform(None, (2.0, -0.5, 1.3)), 0, "ball")
+    sight = LineOfSight("sight", "M1", POINT, POSITION, solids_of(ball, "ball"), robot)
+    np.testing.assert_array_equal(sight.at(posture)[1](np.zeros(5)), np.zeros((6, 5)))
+    both = np.minimum(sight.room(posture), PLENTY)
+    np.testing.assert_allclose(sight.at(posture)[0], both, atol=1e-12)
+
+
 @pytest.mark.parametrize(("beam", "room"), [(-170, 20), (170, 20), (-140, -10), (140, -10)])
 def test_a_range_of_azimuths_goes_on_past_half_a_turn(beam: float, room: float) -> None:
     """150° to 210°, with the beam on either side of ±180°, inside and outside."""

@@ -9,6 +9,7 @@ import pytest
 
 from elastocal.arrays import Array
 from elastocal.errors import InputError
+from elastocal.robot.chain import Joint, Robot, transform
 from elastocal.robot.controller_axes import Coupling, coupling, uncoupled
 from elastocal.robot.pose_check import KnownPose, PoseCheck, check_known_poses
 from elastocal.robot.posture import Posture
@@ -119,3 +120,32 @@ def test_one_pose_is_too_few() -> None:
         check_known_poses(ROBOT, uncoupled(ROBOT), poses(uncoupled(ROBOT), Q[:1]))
     with pytest.raises(InputError, match="the same joint values"):
         check_known_poses(ROBOT, uncoupled(ROBOT), poses(uncoupled(ROBOT), Q[[0, 0]]))
+
+
+def slider() -> Robot:
+    """Two slides and a turn, as on a gantry."""
+    joints = (
+        Joint("X", np.eye(4), np.array([1.0, 0.0, 0.0]), True, -1.0, 1.0),
+        Joint("Y", np.eye(4), np.array([0.0, 1.0, 0.0]), True, -1.0, 1.0),
+        Joint("C", np.eye(4), np.array([0.0, 0.0, 1.0]), False, -3.0, 3.0),
+    )
+    return Robot("gantry", joints, transform(None, (0.3, 0.0, 0.2)))
+
+
+@pytest.mark.parametrize("joint", ["X", "Y", "C"])
+def test_a_slide_that_counts_the_other_way_is_named(joint: str) -> None:
+    """And nothing is said of its zero in degrees, nor of a coupling to it."""
+    robot = slider()
+    q = np.array([[0.1, 0.3, 0.5], [-0.4, 0.2, 1.4], [0.7, -0.6, -0.8]])
+    shown = coupling(robot, signs={joint: -1}).to_controller(q)
+    places = Posture(robot, q).point(POINT).T
+    given = [
+        KnownPose(f"p{i}", s, place, POINT)
+        for i, (s, place) in enumerate(zip(shown, places, strict=True))
+    ]
+    found = check_known_poses(robot, uncoupled(robot), given)
+    assert found.explanations == (f"{joint} counts the other way (signs: {{{joint}: -1}})",)
+    assert found.left_over < 1e-12
+    wrong = Posture(robot, np.where(np.array(robot.joint_names) == joint, -q, q)).point(POINT).T
+    np.testing.assert_allclose(found.deviations, wrong - places, atol=1e-14)
+    assert found.largest == pytest.approx(np.linalg.norm(wrong - places, axis=1).max())

@@ -130,6 +130,32 @@ def test_a_thin_feasible_set_is_sampled_too() -> None:
     assert np.ptp(x, axis=0).min() > 1.0  # and it is not always the same corner
 
 
+def test_a_set_that_no_random_point_hits_is_sampled_and_stirred() -> None:
+    """A slab 20 µm thin, one point in 200 000: random points restored, then moved inward.
+
+    They do not all lie on the two faces, where restoring leaves them.
+    """
+    space = kr270(A0).space
+    point, low, thin = space.arm.tool.load_point, 1.5, 2e-5
+    slab = (
+        HalfSpace("at least", point, [0, 0, 1], low),
+        HalfSpace("at most", point, [0, 0, -1], -low - thin),
+    )
+    x = replace(space, constraints=slab).sample(400, np.random.default_rng(8))
+    assert x.shape == (400, 6)
+    height = forward_kinematics(space.arm.robot, x)[:, 2] @ np.append(point, 1.0)
+    assert (height >= low).all()
+    assert (height <= low + thin).all()
+    assert np.ptp(x, axis=0).min() > 1.0
+    assert ((x >= space.lower) & (x <= space.upper)).all()
+    only = HalfSpace("at least", point, [0, 0, 1], 2.9)  # rarely hit, and thick
+    high = replace(space, constraints=(only,)).sample(400, np.random.default_rng(9))
+    room = forward_kinematics(space.arm.robot, high)[:, 2] @ np.append(point, 1.0) - 2.9
+    assert (room >= 0.0).all()
+    assert np.median(room) > 1e-3
+    assert len(np.unique(np.round(high, 6), axis=0)) > 200
+
+
 def test_an_impossible_constraint_is_named() -> None:
     """The KR-270 reaches 3.9 m above its base with this tool, not 9."""
     space = kr270(A0).space
