@@ -1,0 +1,97 @@
+"""Bounds of studies: floored where the optimum is singular, computed anew where refuted."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from elastocal.planning.assessment import assess
+from elastocal.planning.certificate import Bound, certificate, confirmed, lower_bound
+from elastocal.planning.trade_off import random_plans
+from elastocal.study.study import Study, TestPose
+from tests.paper.problems import three_link_study
+
+
+def judged_by(study: Study, joint: int) -> Study:
+    """Only one compliance matters, three times."""
+    square = np.zeros((3, 3))
+    square[joint, joint] = 3.0
+    return replace(study, test_poses=(TestPose("one alone", square),))
+
+
+@pytest.fixture(scope="module")
+def sound() -> tuple[Study, Bound]:
+    study = three_link_study(5)
+    return study, lower_bound(study, np.random.default_rng(0))
+
+
+def test_a_singular_optimum_gets_a_floor() -> None:
+    """J2 is told from J3 best where nothing is told of J1. The bound holds for all plans."""
+    study = judged_by(three_link_study(5), 1)
+    shares: list[float] = []
+    found = lower_bound(
+        study, np.random.default_rng(0), progress=lambda what, share: shares.append(share)
+    )
+    assert found.floored
+    assert found.target is not found.criterion
+    assert found.design is not None
+    reached = 1.0 / np.sqrt(5.0 * found.criterion.value(found.design.total[None])[0])
+    assert 0.995 * reached < found.loss(5) < reached
+    assert found.loss(5) < random_plans(study, 2000).min()
+    assert min(shares) >= 0.0
+    assert max(shares) <= 0.4
+    assert shares == sorted(shares)
+
+
+@pytest.mark.parametrize("known", [0.0, 20.0])
+def test_a_bound_by_hand(known: float) -> None:
+    """A force of 1 across the stretched arm moves its tip by 2.35² times J1, with σ of 1.
+
+    What is known before is known for all five experiments together.
+    """
+    study = replace(judged_by(three_link_study(5), 0), prior=known * np.eye(3))
+    found = lower_bound(study, np.random.default_rng(0))
+    best = 3.0 / np.sqrt(known + 5.0 * 2.35**4)
+    assert found.loss(5) == pytest.approx(best, rel=1e-4)
+    assert found.loss(5) <= best * (1.0 + 1e-6)
+    assert not found.floored
+
+
+def test_a_bound_that_climbs_refute_is_computed_anew(sound: tuple[Study, Bound]) -> None:
+    """Two thirds of the largest sensitivity: any plan refutes it, the new bound is the old one."""
+    study, bound = sound
+    assert bound.design is not None
+    dual = bound.design.certificate
+    false = replace(dual, largest=dual.largest / 1.5)
+    low = replace(bound, design=replace(bound.design, certificate=false))
+    x = study.space.sample(6, np.random.default_rng(1))
+    mended = confirmed(study, low, x, np.random.default_rng(2))
+    assert low.loss(5) > 1.2 * bound.loss(5)
+    assert mended.loss(5) == pytest.approx(bound.loss(5), rel=2e-5)
+    assert confirmed(study, bound, x, np.random.default_rng(2)) is bound
+    nearly = replace(dual, largest=dual.largest * (1.0 - 1e-6))
+    close = replace(bound, design=replace(bound.design, certificate=nearly))
+    assert confirmed(study, close, x, np.random.default_rng(2)) is close
+
+
+def test_a_certificate_says_what_the_bound_rests_on(sound: tuple[Study, Bound]) -> None:
+    study, bound = sound
+    assert bound.design is not None
+    cases = study.space.load_cases(bound.design.x)
+    worth = assess(study, cases, np.ones(len(bound.design.x), dtype=int))
+    count = len(bound.design.x)
+    found = certificate(study, bound, worth, count)
+    assert found.support is not None
+    assert found.weights is not None
+    assert found.peak is not None
+    assert found.weights.sum() == pytest.approx(1.0, abs=1e-2)
+    assert (np.diff(found.weights) <= 0.0).all()
+    assert len(found.support) == len(found.weights) <= count
+    assert found.peak_ratio == pytest.approx(1.0, abs=1e-5)
+    assert found.efficiency == pytest.approx((bound.loss(count) / worth.rho0) ** 2, rel=1e-6)
+    optimum = assess(study, found.support, 1000.0 * found.weights)  # type: ignore[arg-type]
+    assert optimum.rho0 == pytest.approx(bound.loss(1000), rel=1e-2)
+    assert found.fresh_starts >= 600
+    assert found.attained >= 12
