@@ -12,7 +12,7 @@ from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import regressor
 from elastocal.elastic.springs import joint_springs
-from elastocal.errors import IdentifiabilityError
+from elastocal.errors import IdentifiabilityError, InputError
 from elastocal.fitting.robust import EFFICIENCY, LOSSES, inflation, robust_scale
 from elastocal.identification.doubts import doubts
 from elastocal.identification.fit import Fit
@@ -132,3 +132,14 @@ def test_a_common_prior_counts_as_readings() -> None:
     prior = ComplianceModel(arm().springs, TRUTH, np.diag((0.1 * TRUTH) ** 2))
     data = measured(arm(), hung(2), linear=True)
     assert identify(arm(), data, LINEAR, prior=prior).dof == 6
+
+
+@pytest.mark.parametrize("times", [1e3, 1e6])
+@pytest.mark.parametrize("loss", ["squares", "huber"])
+def test_readings_in_another_unit_do_not_come_to_rest(times: float, loss: str) -> None:
+    """Millimetres or micrometres taken for metres: a sentence, for the linear model an answer."""
+    data = measured(arm(), hung(12), linear=True)
+    far_off = replace(data, deflection=times * data.deflection)
+    with pytest.raises(InputError, match="the fit to test does not come to rest"):
+        identify(arm(), far_off, Fit(loss=loss))
+    np.testing.assert_allclose(identify(arm(), far_off, LINEAR).compliance, times * TRUTH)

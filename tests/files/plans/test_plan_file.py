@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 import elastocal as ec
+from elastocal.errors import PlanFileError
+from elastocal.files.plans.certificate_section import read_certified_design
 from tests.files.campaign import study
 
 LIGHT = ec.Effort(batch=8, generations=1, patience=1, islands=1)
@@ -50,3 +52,43 @@ def test_a_run_sheet_needs_its_study(plan: ec.Plan, tmp_path: Path) -> None:
     again = ec.read_plan(tmp_path / "plan.csv", plan.study)
     np.testing.assert_allclose(again.load_cases.q, plan.load_cases.q, atol=1e-6)
     assert again.assessment.rho0 == pytest.approx(plan.assessment.rho0, rel=1e-4)
+
+
+def test_what_a_certificate_rests_on_is_read_back(plan: ec.Plan, tmp_path: Path) -> None:
+    ec.write_plan(plan, tmp_path / "plan.json")
+    ec.write_run_sheet(plan, tmp_path / "plan.csv")
+    found = read_certified_design(tmp_path / "plan.json", plan.study.robot)
+    made = plan.certificate
+    assert found is not None
+    assert made.support is not None
+    assert made.weights is not None
+    assert made.peak is not None
+    np.testing.assert_allclose(found.support.q, made.support.q, atol=1e-12)
+    np.testing.assert_allclose(found.weights, made.weights / made.weights.sum(), rtol=1e-12)
+    np.testing.assert_allclose(found.peak.q, made.peak.q, atol=1e-12)
+    np.testing.assert_array_equal(found.peak.wrench, made.peak.wrench)
+    assert read_certified_design(tmp_path / "plan.csv", plan.study.robot) is None
+
+
+@pytest.mark.parametrize("weights", [[3.0, 1.0], [-1.0, 2.0], [0.0, 0.0]])
+def test_weights_of_a_certificate_are_shares(
+    plan: ec.Plan, tmp_path: Path, weights: list[float]
+) -> None:
+    path = tmp_path / "plan.json"
+    ec.write_plan(plan, path)
+    document = json.loads(path.read_text("utf-8"))
+    entries = document["certificate"]["continuous_design"][:2]
+    document["certificate"]["continuous_design"] = [
+        entry | {"weight": weight} for entry, weight in zip(entries, weights, strict=True)
+    ]
+    path.write_text(json.dumps(document), "utf-8")
+    if weights == [3.0, 1.0]:
+        found = read_certified_design(path, plan.study.robot)
+        assert found is not None
+        np.testing.assert_allclose(found.weights, [0.75, 0.25])
+    else:
+        with pytest.raises(PlanFileError, match="must be shares of 1"):
+            read_certified_design(path, plan.study.robot)
+    del document["certificate"]["continuous_design"]
+    path.write_text(json.dumps(document), "utf-8")
+    assert read_certified_design(path, plan.study.robot) is None
