@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, Self
 
 Code = Literal[
     # of an identification
@@ -46,6 +46,28 @@ Code = Literal[
     "wrong-side",
     "position-only",
     "nothing-to-compensate",
+    # of what experiments can tell apart
+    "not-seen",
+    "confounded",
+    "too-few-experiments",
+    "too-few-configurations",
+    "too-few-readings",
+    "no-configuration",
+    # of a plan
+    "constraint-broken",
+    "load-differs",
+    "load-too-large",
+    "load-outside-cone",
+    "claims-experiments",
+    "claims-rho0",
+    "claims-unknown-error",
+    "claims-error",
+    "claims-bound",
+    "claims-efficiency",
+    # of a motion
+    "motion-blocked",
+    "no-way",
+    "home-blocked",
 ]
 
 
@@ -69,9 +91,19 @@ class Doubt:
 
 
 class ElastocalError(Exception):
-    """Base of every error a user can cause; carries the exit code of the command line."""
+    """Base of every error a user can cause; carries the exit code of the command line.
+
+    Attributes:
+        doubts: What the message says, as values; empty where only the sentence says it.
+    """
 
     exit_code = 2
+    doubts: tuple[Doubt, ...] = ()
+
+    def with_doubts(self, *doubts: Doubt) -> Self:
+        """This error, which says in codes what its message says."""
+        self.doubts = doubts
+        return self
 
 
 class InputError(ElastocalError, ValueError):

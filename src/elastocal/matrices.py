@@ -8,11 +8,13 @@ judged before it is scaled.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from elastocal.arrays import Array, IntArray
+from elastocal.errors import Doubt
 
 SINGULAR = 1e-10
 """Eigenvalue of scaled information at which a combination of unknowns counts as not seen.
@@ -69,6 +71,13 @@ class Confounded:
 
     members: tuple[int, ...]
     seen: int
+
+    def doubt(self, names: Sequence[str]) -> Doubt:
+        """The same of unknowns with names."""
+        about = tuple(names[i] for i in self.members)
+        if not self.seen:
+            return Doubt("not-seen", about)
+        return Doubt("confounded", about, numbers={"seen": self.seen})
 
 
 def confounded(information: Array) -> tuple[Confounded, ...]:

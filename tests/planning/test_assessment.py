@@ -51,7 +51,9 @@ def test_the_nearest_constraint_is_the_one_with_the_least_room() -> None:
 def test_a_broken_limit_is_a_violation() -> None:
     broken = assess(three_link_study(3), at([[10.0, 60.0, 30.0], [0, 181.5, 30]], DOWN), np.ones(2))
     assert broken.nearest[1].margin == pytest.approx(np.radians(-1.5))
-    assert broken.violations == ("load case 2 breaks J2 <= 180° by 1.5°",)
+    (doubt,) = broken.violations
+    assert (doubt.code, doubt.about) == ("constraint-broken", ("J2 <= 180°",))
+    assert doubt.numbers == {"load_case": 2, "by": pytest.approx(np.radians(1.5))}
 
 
 @pytest.mark.parametrize(
@@ -62,9 +64,9 @@ def test_a_broken_limit_is_a_violation() -> None:
 def test_a_force_must_be_in_the_cone_and_not_too_large(force: Array, count: int) -> None:
     found = assess(cone(), at([[10.0, 60.0, 30.0]], force), np.ones(1)).violations
     assert len(found) == count, found
-    outside = [text for text in found if "outside the cone" in text]
+    outside = [doubt.numbers for doubt in found if doubt.code == "load-outside-cone"]
     if np.linalg.norm(force) and np.degrees(np.arccos(-force[2] / np.linalg.norm(force))) > 10.0:
-        assert outside == ["load case 1 has a force outside the cone by 2°"]
+        assert outside == [{"load_case": 1, "by": pytest.approx(np.radians(2.0))}]
     else:
         assert not outside
 

@@ -85,10 +85,14 @@ def test_loads_in_words() -> None:
 
 def test_a_plan_that_breaks_a_limit_or_a_load_is_refused() -> None:
     study = study_for(arm("RRR", limit=0.55))
-    with pytest.raises(InfeasibleError, match="load case 2 breaks J2 <="):
+    with pytest.raises(InfeasibleError) as error:
         campaign_program(study, LoadCases(Q, WRENCH), np.array([1, 1]))
-    with pytest.raises(InfeasibleError, match="above the bound"):
+    assert error.value.doubts[0].code == "constraint-broken"
+    assert error.value.doubts[0].numbers["load_case"] == 2
+    with pytest.raises(InfeasibleError) as error:
         campaign_program(study_for(arm("RRR"), 90.0), LoadCases(Q, WRENCH), np.array([1, 1]))
+    assert error.value.doubts[0].code == "load-too-large"
+    assert error.value.doubts[0].numbers["bound"] == 90.0
 
 
 def test_home_must_keep_the_limits_and_is_noted_if_it_breaks_constraints() -> None:

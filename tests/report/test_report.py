@@ -21,6 +21,7 @@ from elastocal.planning.certificate import Certificate
 from elastocal.robot.chain import Robot
 from elastocal.robot.posture import forward_kinematics
 from elastocal.robot.sources import three_link
+from elastocal.wording import worded
 from elastocal.wording.numbers import direction, length, number, percent
 from tests.report.examples import (
     HOSTILE,
@@ -161,7 +162,7 @@ def test_violations_are_shown() -> None:
     assert plan.assessment.violations
     page = visible(page_of("kuka-kr270"))
     assert "Do not run it" in page
-    for sentence in plan.assessment.violations:
+    for sentence in map(worded, plan.assessment.violations):
         assert sentence.replace(">=", "≥").replace("<=", "≤") in page
     assert "Do not run it" not in visible(page_of("three-link"))
 

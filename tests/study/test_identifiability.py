@@ -9,7 +9,7 @@ import pytest
 
 from elastocal.design.exact import Effort
 from elastocal.elastic.allowed_loads import FixedVector, FreeDirection
-from elastocal.errors import IdentifiabilityError
+from elastocal.errors import Doubt, IdentifiabilityError
 from elastocal.measuring.instrument import Isotropic
 from elastocal.planning.assessment import assess
 from elastocal.planning.plan import plan
@@ -40,11 +40,9 @@ def test_a_vertical_force_does_not_turn_the_first_joint() -> None:
     """Its axis is vertical: the paper identifies it in a second step, with other forces."""
     tool = kuka_kr270().tools["calibration"]
     study = kuka(ALL, tool, FixedVector(CALIBRATION_FORCE), 12)
-    with pytest.raises(
-        IdentifiabilityError,
-        match="A1: no allowed experiment deflects a marker through this joint; leave such joints",
-    ):
+    with pytest.raises(IdentifiabilityError) as error:
         plan(study)
+    assert error.value.doubts == (Doubt("not-seen", ("A1",)),)
 
 
 def test_with_a_force_in_any_direction_the_first_joint_is_identifiable() -> None:
@@ -56,8 +54,9 @@ def test_with_a_force_in_any_direction_the_first_joint_is_identifiable() -> None
 def test_a_marker_on_the_last_axis_does_not_see_the_last_joint() -> None:
     """The milling tool lies on axis 6: nothing moves its tip through A6, whatever the force."""
     tool = kuka_kr270().tools["milling"]
-    with pytest.raises(IdentifiabilityError, match="A6: no allowed experiment deflects a marker"):
+    with pytest.raises(IdentifiabilityError) as error:
         plan(kuka(ALL, tool, any_direction(), 12))
+    assert error.value.doubts == (Doubt("not-seen", ("A6",)),)
 
 
 def parallel_pair() -> Study:
@@ -83,10 +82,9 @@ def parallel_pair() -> Study:
 
 
 def test_a_pair_of_joints_on_one_axis_is_named() -> None:
-    with pytest.raises(
-        IdentifiabilityError, match="J2 and J3: the experiments see only a combination of them"
-    ):
+    with pytest.raises(IdentifiabilityError) as error:
         plan(parallel_pair())
+    assert error.value.doubts == (Doubt("confounded", ("J2", "J3"), (), {"seen": 1}),)
 
 
 def test_prior_knowledge_of_one_of_a_pair_resolves_it() -> None:
@@ -97,16 +95,19 @@ def test_prior_knowledge_of_one_of_a_pair_resolves_it() -> None:
     assert np.isfinite(found.assessment.standard_error).all()
 
 
-@pytest.mark.parametrize(("count", "word"), [(1, "1 experiment cannot identify the 5 compliances")])
-def test_too_few_experiments_are_refused(count: int, word: str) -> None:
+def test_too_few_experiments_are_refused() -> None:
     """Three rows cannot fix five unknowns; two experiments have six."""
-    with pytest.raises(IdentifiabilityError, match=f"{word} A2, A3, A4, A5, A6: at least 2 are"):
-        plan(kr270(A0, count))
+    with pytest.raises(IdentifiabilityError) as error:
+        plan(kr270(A0, 1))
+    numbers = {"count": 1, "needed": 2}
+    assert error.value.doubts == (Doubt("too-few-experiments", tuple(ALL[1:]), (), numbers),)
 
 
 def test_too_few_configurations_are_refused_however_often_repeated() -> None:
-    with pytest.raises(IdentifiabilityError, match="1 configuration cannot identify the 5 compl"):
+    with pytest.raises(IdentifiabilityError) as error:
         plan(kr270(A0, 12, 1))
+    numbers = {"count": 1, "needed": 2}
+    assert error.value.doubts == (Doubt("too-few-configurations", tuple(ALL[1:]), (), numbers),)
 
 
 def test_a_plan_that_identifies_too_little_is_worth_nothing() -> None:
@@ -119,13 +120,13 @@ def test_a_plan_that_identifies_too_little_is_worth_nothing() -> None:
     assert np.isinf(found.standard_error).all()
 
 
-def test_sentences_name_every_blind_spot_and_combination() -> None:
+def test_every_blind_spot_and_combination_is_named() -> None:
     names = ("J1", "J2", "J3", "J4")
     total = np.zeros((4, 4))
     total[1:3, 1:3] = 1.0  # J2 and J3 only as a sum, J1 not at all
     total[3, 3] = 1e6
-    assert unidentifiable(names, total) == [
-        "J1: no allowed experiment deflects a marker through this joint",
-        "J2 and J3: the experiments see only a combination of them",
-    ]
-    assert unidentifiable(names, np.diag([1e-6, 1.0, 1e3, 1e6])) == []
+    assert unidentifiable(names, total) == (
+        Doubt("not-seen", ("J1",)),
+        Doubt("confounded", ("J2", "J3"), (), {"seen": 1}),
+    )
+    assert unidentifiable(names, np.diag([1e-6, 1.0, 1e3, 1e6])) == ()

@@ -16,6 +16,10 @@ CORE = set(MAY_IMPORT) - set(
     ["wording", "programs", "drawing", "files", "report", "viewer", "terminal", "cli"]
 )
 
+WORDING = "elastocal.wording"
+LOAD = {"load_case": 3, "x": 0.0, "y": -1.5, "z": 2.0}
+MOTION = {"leg": 3, "legs": 4, "part": 1, "parts": 2, "share": 0.25, "keep": 0.01}
+
 
 def test_every_code_has_its_sentence() -> None:
     assert set(SENTENCES) == set(get_args(Code))
@@ -65,6 +69,47 @@ def test_every_code_has_its_sentence() -> None:
             Doubt("hardly-turns", (), (), {"x": 0.6, "y": 0.8, "z": 0.0}),
             "nearly singular: the joints hardly turn the tool about [0.6 0.8 0]",
         ),
+        (
+            Doubt(
+                "load-differs",
+                (),
+                (),
+                LOAD | {"wanted_x": 0.0, "wanted_y": 0.0, "wanted_z": 1.0},
+                "N·m",
+            ),
+            "load case 3 has torque [0, -1.5, 2] N·m where the study has [0, 0, 1] N·m",
+        ),
+        (
+            Doubt("load-too-large", (), (), LOAD | {"bound": 2.0}, "N"),
+            "load case 3 has force [0, -1.5, 2] N, above the bound of 2 N",
+        ),
+        (
+            Doubt("claims-rho0", (), (), {"claimed": 1e-3, "found": 2e-3}),
+            "it claims ρ0 = 1 mm but has 2 mm",
+        ),
+        (
+            Doubt("claims-error", ("A{1}",), (), {"claimed": 1e-9, "found": 2e-9}),
+            "it claims a standard error of 1e-09 for A{1} but has 2e-09",
+        ),
+        (
+            Doubt("motion-blocked", (), ("wall", "ball"), MOTION | {"distance": -0.15}),
+            "the motion from configuration 3 to home, part 1 of 2, hits wall with ball by 150 mm "
+            "at 25 %",
+        ),
+        (
+            Doubt("no-way", (), ("wall", "ball"), MOTION | {"leg": 0, "distance": 0.005}),
+            "no motion without collision was found from home to configuration 1: the straight one "
+            "passes wall with ball at 5 mm at 25 %, where 10 mm must be kept",
+        ),
+        (
+            Doubt("home-blocked", (), ("wall", "ball"), MOTION | {"distance": 0.005}),
+            "home is no place to start from: the robot passes wall with ball at 5 mm; give "
+            "another one in motion: home_deg",
+        ),
+        (
+            Doubt("too-few-configurations", ("A1", "A2"), (), {"count": 2, "needed": 3}),
+            "2 configurations cannot identify the 2 compliances A1, A2: at least 3 are needed",
+        ),
     ],
     ids=lambda value: value.code if isinstance(value, Doubt) else "",
 )
@@ -78,6 +123,12 @@ def test_what_computes_words_only_what_it_raises() -> None:
         if room_of(path) not in CORE:
             continue
         nodes = list(ast.walk(ast.parse(path.read_text())))
-        calls = {n for n in nodes if isinstance(n, ast.Name) and n.id == "worded"}
+        said = {
+            alias.asname or alias.name
+            for node in nodes
+            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith(WORDING)
+            for alias in node.names
+        }
+        calls = {n for n in nodes if isinstance(n, ast.Name) and n.id in said}
         raised = [ast.walk(node) for node in nodes if isinstance(node, ast.Raise)]
         assert calls <= {node for part in raised for node in part}, path

@@ -175,19 +175,22 @@ def bound(study: Study, count: int, seed: int) -> Bound:
 def _refuse(results: dict[str, Any]) -> None:
     """Leave with the exit code of the first plan that does not hold."""
     from elastocal.errors import IdentifiabilityError
+    from elastocal.wording import worded
 
     for name, (_, _, result) in results.items():
         if result.assessment.violations:
-            raise InfeasibleError(f"{name}: {result.assessment.violations[0]}")
+            raise InfeasibleError(f"{name}: {worded(result.assessment.violations[0])}")
         if result.collisions:
-            raise InfeasibleError(f"{name}: {result.collisions[0]}")
+            raise InfeasibleError(f"{name}: {worded(result.collisions[0])}")
         if result.unidentified:
-            raise IdentifiabilityError(f"{name}: {result.unidentified[0]}")
+            raise IdentifiabilityError(f"{name}: {worded(result.unidentified[0])}")
         if result.objections:
-            raise InputError(f"{name}: {result.objections[0]}")
+            raise InputError(f"{name}: {worded(result.objections[0])}")
 
 
 def _evaluation(count: int, configurations: int, result: Any) -> dict[str, Any]:
+    from elastocal.wording import worded
+
     worth, proof = result.assessment, result.certificate
     bound = proof.rho0_bound
     return {
@@ -201,5 +204,5 @@ def _evaluation(count: int, configurations: int, result: Any) -> dict[str, Any]:
         if result.view is None
         else dict(zip(result.view.markers, result.view.seen.tolist(), strict=True)),
         "accepted": result.accepted,
-        "objections": list(result.objections) + list(result.unidentified),
+        "objections": [worded(doubt) for doubt in (*result.objections, *result.unidentified)],
     }

@@ -1,6 +1,6 @@
 """Where the arm may be: signed margins over configurations, feasible where >= 0."""
 
-from elastocal.constraints.base import Constraint, describe, margins_at, room_at
+from elastocal.constraints.base import Constraint, margins_at, room_at
 from elastocal.constraints.clearance import Clearance
 from elastocal.constraints.distinct import Distinct
 from elastocal.constraints.joint_limit import JointLimit
@@ -23,7 +23,6 @@ __all__ = [
     "LineOfSight",
     "MinRadius",
     "Tilt",
-    "describe",
     "margins_at",
     "room_at",
 ]

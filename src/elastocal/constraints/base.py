@@ -62,12 +62,3 @@ def room_at(constraints: Sequence[Constraint], posture: Posture) -> Array:
     """(C, N) margins of C constraints at N postures, to be shown; see `Constraint.room`."""
     room = [constraint.room(posture) for constraint in constraints]
     return np.array(room).reshape(len(constraints), posture.count)
-
-
-def describe(margin: float, unit: str) -> str:
-    """A margin as people read it: degrees and millimetres."""
-    if unit == "rad":
-        return f"{np.degrees(margin):.4g}°"
-    if unit == "m":
-        return f"{1e3 * margin:.4g} mm"
-    return f"{margin:.4g} {unit}"

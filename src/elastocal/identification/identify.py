@@ -15,7 +15,7 @@ from elastocal.arrays import Array, IntArray, frozen
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.springs import merged, subset
-from elastocal.errors import IdentifiabilityError, InputError
+from elastocal.errors import Doubt, IdentifiabilityError, InputError
 from elastocal.fitting.goodness import lack_of_fit
 from elastocal.fitting.influence import Influence, influence, reordered
 from elastocal.fitting.least_squares import column_norms
@@ -29,8 +29,10 @@ from elastocal.identification.gauss_newton import (
 )
 from elastocal.identification.result import Identification
 from elastocal.identification.uncertainty import covariance_of, noise, quantile
-from elastocal.matrices import Confounded, confounded
+from elastocal.matrices import confounded
 from elastocal.measuring.measurements import Measurements
+from elastocal.wording import worded
+from elastocal.wording.identifiability import left_open
 
 
 def identify(
@@ -61,9 +63,9 @@ def identify(
     problem = _problem(arm, measurements, how, prior, known)
     linear = solve_linear(problem, how.weigher)
     names, p = arm.springs.names, len(arm.springs)
-    groups = confounded(linear.fit.information)
-    if groups:
-        raise IdentifiabilityError(_left_open(names, groups, measurements))
+    doubts = [group.doubt(names) for group in confounded(linear.fit.information)]
+    if doubts:
+        raise IdentifiabilityError(left_open(doubts, measurements.source)).with_doubts(*doubts)
     found = linear
     if not how.linear:
         found = solve_equilibrium(problem, linear, how.weigher)
@@ -133,10 +135,8 @@ def _problem(
     free = np.array([springs.names.index(name) for name in arm.springs.names])
     rows, values = _prior_rows(arm.springs.names, prior)
     if 3 * len(measurements) + len(values) < len(free):
-        raise IdentifiabilityError(
-            f"{len(measurements)} readings give {3 * len(measurements)} coordinates, too few for "
-            f"the {len(free)} compliances {', '.join(arm.springs.names)}"
-        )
+        doubt = Doubt("too-few-readings", arm.springs.names, (), {"readings": len(measurements)})
+        raise IdentifiabilityError(worded(doubt)).with_doubts(doubt)
     bent = replace(arm, springs=springs, tool=measurements.tool)
     return Problem(
         bent, free, start, measurements, rows, values, how.nonnegative, not how.estimates_sigma
@@ -198,23 +198,3 @@ def _influences(
 def _in_metres(found: Solution, residual: Array) -> Array:
     """(R, 3) residuals [m] of residuals over the noise."""
     return np.einsum("rij,rj->ri", found.noise, residual)
-
-
-def _left_open(
-    names: tuple[str, ...], groups: tuple[Confounded, ...], measurements: Measurements
-) -> str:
-    """Which compliances the data leave open, in words."""
-    sentences = []
-    for group in groups:
-        joints = " and ".join(names[i] for i in group.members)
-        what = "a combination of them" if group.seen == 1 else f"{group.seen} combinations of them"
-        sentences.append(
-            f"{joints}: the readings see only {what}"
-            if group.seen
-            else f"{joints}: no reading is moved by this joint"
-        )
-    return (
-        f"not identifiable from {measurements.source or 'these measurements'}: "
-        + "; ".join(sentences)
-        + "; measure other configurations or loads, or leave such joints out of `identify`"
-    )

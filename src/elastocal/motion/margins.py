@@ -15,6 +15,7 @@ import numpy as np
 from elastocal.arrays import Array, BoolArray, IntArray, frozen
 from elastocal.constraints import Clearance
 from elastocal.constraints.collision.distance import Pairs, nearest
+from elastocal.errors import Code, Doubt
 from elastocal.motion.space import MotionSpace
 from elastocal.robot.chain import Robot
 from elastocal.robot.posture import Posture
@@ -33,13 +34,13 @@ class MotionMargins:
             moving [m]; negative if a motion is not allowed. Plenty is said to be `enough`.
         share: (M,) where along the motion it is least, from 0 to 1.
         distance: (M,) signed distance there [m]; infinite where there is plenty.
-        words: M times what comes near what: "table with A4".
+        pairs: M times the names of what comes near what; empty where there is plenty.
     """
 
     margin: Array
     share: Array
     distance: Array
-    words: tuple[str, ...]
+    pairs: tuple[tuple[str, ...], ...]
 
     @property
     def free(self) -> BoolArray:
@@ -64,14 +65,14 @@ def motion_margins(
     count = len(starts)
     margin, share = np.full(count, enough), np.zeros(count)
     distance = np.full(count, np.inf)
-    words = [""] * count
+    pairs: list[tuple[str, ...]] = [()] * count
     for clearance in space.clearances:
         found = _least(space.robot, clearance, starts, goals, enough, decide)
         for i in np.flatnonzero(found[0] < margin).tolist():
             margin[i], share[i], distance[i] = found[0][i], found[1][i], found[2][i]
             first, second = clearance.pairs.of(int(found[3][i]))
-            words[i] = f"{second.name} with {first.name}"
-    return MotionMargins(frozen(margin), frozen(share), frozen(distance), tuple(words))
+            pairs[i] = (second.name, first.name)
+    return MotionMargins(frozen(margin), frozen(share), frozen(distance), tuple(pairs))
 
 
 def _least(
@@ -132,25 +133,20 @@ def motions_free(space: MotionSpace, starts: Array, goals: Array) -> BoolArray:
     return motion_margins(space, starts, goals, enough=0.0, decide=True).free
 
 
-def hits(margins: MotionMargins, i: int) -> str:
-    """What motion `i` does that it must not, in words."""
-    where = f"at {100.0 * margins.share[i]:.0f} %"
+def blocked(margins: MotionMargins, i: int, code: Code = "motion-blocked", **where: float) -> Doubt:
+    """What motion `i` comes near that it must not; `where` says which motion of a plan it is."""
     distance = float(margins.distance[i])
-    if distance < 0.0:
-        return f"hits {margins.words[i]} by {-1e3 * distance:.0f} mm {where}"
-    kept = distance - float(margins.margin[i]) - TOLERANCE
-    return (
-        f"passes {margins.words[i]} at {1e3 * distance:.0f} mm {where}, where {1e3 * kept:.0f} mm "
-        "must be kept"
-    )
+    keep = distance - float(margins.margin[i]) - TOLERANCE
+    numbers = {"share": float(margins.share[i]), "distance": distance, "keep": keep}
+    return Doubt(code, because=margins.pairs[i], numbers=numbers | where)
 
 
 Vias = Sequence[Array]
 """S + 1 arrays (K, n): configurations passed on the way to each load case, then to home."""
 
 
-def motion_violations(space: MotionSpace, q: Array, via: Vias = ()) -> tuple[str, ...]:
-    """One sentence for every motion of a plan that is not allowed.
+def motion_violations(space: MotionSpace, q: Array, via: Vias = ()) -> tuple[Doubt, ...]:
+    """The motions of a plan that are not allowed.
 
     Args:
         space: The robot, home and clearances.
@@ -168,8 +164,8 @@ def motion_violations(space: MotionSpace, q: Array, via: Vias = ()) -> tuple[str
         parts = len(leg) - 1
         for part in range(parts):
             if not margins.free[at]:
-                which = f", part {part + 1} of {parts}," if parts > 1 else ""
-                found.append(f"the motion {leg_name(k, len(q))}{which} {hits(margins, at)}")
+                where = blocked(margins, at, leg=k, legs=len(legs), part=part + 1, parts=parts)
+                found.append(where)
             at += 1
     return tuple(found)
 
@@ -179,9 +175,3 @@ def legs_of(home: Array, q: Array, via: Vias = ()) -> list[Array]:
     stops = [home, *q, home]
     between = via or [np.zeros((0, len(home)))] * (len(q) + 1)
     return [np.vstack([stops[k], between[k], stops[k + 1]]) for k in range(len(q) + 1)]
-
-
-def leg_name(leg: int, count: int) -> str:
-    """Words for leg `leg` of a plan with `count` configurations."""
-    first = "home" if leg == 0 else f"configuration {leg}"
-    return f"from {first} to {'home' if leg == count else f'configuration {leg + 1}'}"

@@ -11,8 +11,7 @@ import numpy as np
 from elastocal.arrays import Array, BoolArray
 from elastocal.errors import InfeasibleError
 from elastocal.motion.margins import (
-    hits,
-    leg_name,
+    blocked,
     legs_of,
     motion_margins,
     motion_violations,
@@ -20,6 +19,7 @@ from elastocal.motion.margins import (
 )
 from elastocal.motion.space import MotionSpace
 from elastocal.robot.posture import Posture
+from elastocal.wording import worded
 
 _SINGLE = 200  # random configurations tried as the one via point
 _TRIES = 1000  # random targets for the two trees
@@ -67,11 +67,8 @@ def detours(space: MotionSpace, q: Array, *, seed: int = 0) -> tuple[Array, ...]
             elif way is None and k > 0:
                 way = _over_home(space, route, leg[1], rng)
             if way is None:
-                raise UnreachableError(
-                    f"no motion without collision was found {leg_name(k, len(q))}: the straight "
-                    f"one {hits(margins, k)}",
-                    leg[1],
-                )
+                doubt = blocked(margins, k, "no-way", leg=k, legs=len(straight))
+                raise UnreachableError(worded(doubt), leg[1]).with_doubts(doubt)
             between = way
         found.append(between)
         route = np.vstack([route, *leg[:1][: min(k, 1)], between])
@@ -79,7 +76,7 @@ def detours(space: MotionSpace, q: Array, *, seed: int = 0) -> tuple[Array, ...]
         route = route[home[-1] + 1 :] if len(home) else route
     left = motion_violations(space, q, found)
     if left:
-        raise InfeasibleError(left[0])
+        raise InfeasibleError(worded(left[0])).with_doubts(*left)
     return tuple(found)
 
 
@@ -103,10 +100,8 @@ def refuse_home(space: MotionSpace) -> None:
         return
     margins = motion_margins(space, home, home)
     if not margins.free[0]:
-        raise InfeasibleError(
-            f"home is no place to start from: the robot {hits(margins, 0).rsplit(' at ', 1)[0]}; "
-            "give another one in motion: home_deg"
-        )
+        doubt = blocked(margins, 0, "home-blocked")
+        raise InfeasibleError(worded(doubt)).with_doubts(doubt)
 
 
 def way_around(

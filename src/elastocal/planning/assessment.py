@@ -11,9 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
-from elastocal.constraints import describe, room_at
+from elastocal.constraints import room_at
 from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, Load
 from elastocal.elastic.load_cases import LoadCases
+from elastocal.errors import Doubt
 from elastocal.matrices import rank_of, scaled_inverse
 from elastocal.robot.posture import Posture
 from elastocal.study.criteria import RHO0, losses
@@ -46,7 +47,7 @@ class Assessment:
         criteria: Every criterion's value; see `study.criteria`.
         information: (p, p) information, prior included [(N·m/rad)²].
         nearest: Nearest constraint of every load case.
-        violations: One sentence for every broken constraint.
+        violations: Every broken constraint and every load that is not allowed.
     """
 
     rho0: float
@@ -55,7 +56,7 @@ class Assessment:
     criteria: dict[str, float]
     information: Array
     nearest: tuple[Nearest, ...]
-    violations: tuple[str, ...]
+    violations: tuple[Doubt, ...]
 
     @property
     def identifiable(self) -> bool:
@@ -65,6 +66,8 @@ class Assessment:
 
 TOLERANCE = 1e-5
 """Violation that is put down to rounding in a file [rad, m; relative for N and N·m]."""
+
+_WANTED = ("wanted_x", "wanted_y", "wanted_z")
 
 
 def assess(study: Study, cases: LoadCases, repeats: IntArray) -> Assessment:
@@ -95,7 +98,7 @@ def assess(study: Study, cases: LoadCases, repeats: IntArray) -> Assessment:
     )
 
 
-def _margins(study: Study, cases: LoadCases) -> tuple[tuple[Nearest, ...], tuple[str, ...]]:
+def _margins(study: Study, cases: LoadCases) -> tuple[tuple[Nearest, ...], tuple[Doubt, ...]]:
     """Nearest constraint of every load case, and what is violated."""
     constraints = (*study.joint_limits, *study.constraints)
     posture = Posture(study.robot, cases.q)
@@ -108,34 +111,30 @@ def _margins(study: Study, cases: LoadCases) -> tuple[tuple[Nearest, ...], tuple
         nearest.append(Nearest(names[least][i], float(room[least, i]), constraints[least].unit))
         for c, constraint in enumerate(constraints):
             if room[c, i] < -TOLERANCE:
-                broken = describe(-float(room[c, i]), constraint.unit)
-                violations.append(f"load case {i + 1} breaks {names[c][i]} by {broken}")
+                numbers = {"load_case": i + 1, "by": -float(room[c, i])}
+                broken = Doubt("constraint-broken", (names[c][i],), (), numbers, constraint.unit)
+                violations.append(broken)
     e = study.experiments
-    violations += _load_violations("force", "N", e.force, cases.wrench[:, :3])
-    violations += _load_violations("torque", "N·m", e.moment, cases.wrench[:, 3:])
+    violations += _load_violations("N", e.force, cases.wrench[:, :3])
+    violations += _load_violations("N·m", e.moment, cases.wrench[:, 3:])
     return tuple(nearest), tuple(violations)
 
 
-def _load_violations(what: str, unit: str, load: Load, vectors: Array) -> list[str]:
-    """Sentences for loads that the study does not allow."""
+def _load_violations(unit: str, load: Load, vectors: Array) -> list[Doubt]:
+    """Loads (N, 3) that the study does not allow."""
     found = []
     room = load.margin(vectors) / max(load.size, 1.0)
     for i in np.flatnonzero(room < -TOLERANCE).tolist():
-        shown = "[" + ", ".join(f"{value:.6g}" for value in vectors[i]) + f"] {unit}"
+        numbers = {"load_case": i + 1} | dict(zip("xyz", vectors[i].tolist(), strict=True))
         if isinstance(load, FixedVector):
-            wanted = "[" + ", ".join(f"{value:.6g}" for value in load.value) + f"] {unit}"
-            found.append(f"load case {i + 1} has {what} {shown} where the study has {wanted}")
+            wanted = dict(zip(_WANTED, load.value.tolist(), strict=True))
+            found.append(Doubt("load-differs", numbers=numbers | wanted, unit=unit))
         else:
-            found.append(
-                f"load case {i + 1} has {what} {shown}, above the bound of {load.size:.6g} {unit}"
-            )
+            found.append(Doubt("load-too-large", numbers=numbers | {"bound": load.size}, unit=unit))
     if isinstance(load, FreeDirection) and load.is_cone:
-        for i in range(len(vectors)):
-            if not np.linalg.norm(vectors[i]) > 0.0:
-                continue
+        for i in np.flatnonzero(np.linalg.norm(vectors, axis=1) > 0.0).tolist():
             margin = float(load.cone(vectors[i][:, None])[0][0])
             if margin < -TOLERANCE:
-                found.append(
-                    f"load case {i + 1} has a {what} outside the cone by {describe(-margin, 'rad')}"
-                )
+                numbers = {"load_case": i + 1, "by": -margin}
+                found.append(Doubt("load-outside-cone", numbers=numbers, unit=unit))
     return found

@@ -6,6 +6,7 @@ certificate from a bound computed anew, and every objection. The planner's word 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +14,7 @@ import numpy as np
 
 from elastocal.arrays import IntArray
 from elastocal.elastic.load_cases import LoadCases
+from elastocal.errors import Code, Doubt
 from elastocal.motion.margins import Vias, motion_violations
 from elastocal.planning.assessment import Assessment, assess
 from elastocal.planning.certificate import Bound, Certificate, certificate, confirmed
@@ -31,18 +33,17 @@ class Evaluation:
     Attributes:
         assessment: What it is worth.
         certificate: How far it can be from the best, by a bound of its own count.
-        objections: One sentence for every broken constraint and every claim that does not hold.
-        unidentified: One sentence for every combination of compliances it leaves open.
-        collisions: One sentence for every motion between configurations that is not allowed;
-            objections, too.
+        objections: Every broken constraint and every claim that does not hold.
+        unidentified: The groups of compliances it does not tell apart.
+        collisions: Motions between configurations that are not allowed; objections, too.
         view: What the tracker sees in every configuration; None if there is no tracker.
     """
 
     assessment: Assessment
     certificate: Certificate
-    objections: tuple[str, ...]
-    unidentified: tuple[str, ...]
-    collisions: tuple[str, ...] = ()
+    objections: tuple[Doubt, ...]
+    unidentified: tuple[Doubt, ...]
+    collisions: tuple[Doubt, ...] = ()
     view: Visibility | None = None
 
     @property
@@ -74,7 +75,7 @@ def evaluate(
     x = study.space.points(cases)
     bound = confirmed(study, bound, x, np.random.default_rng(0))
     proof = certificate(study, bound, worth, study.experiments.count)
-    open_ends = tuple(unidentifiable(study.springs.names, worth.information))
+    open_ends = unidentifiable(study.springs.names, worth.information)
     collisions = motion_violations(study.motion_space, cases.q, via)
     objections = [*worth.violations, *collisions, *_false_claims(study, worth, proof, claims)]
     view = visibility(study.space, cases.q)
@@ -83,38 +84,29 @@ def evaluate(
 
 def _false_claims(
     study: Study, worth: Assessment, proof: Certificate, claims: dict[str, Any]
-) -> list[str]:
-    found = []
+) -> Iterator[Doubt]:
+    """Claims that do not hold."""
     m = study.experiments.count
     if claims.get("experiments", m) != m:
-        found.append(f"it claims {claims['experiments']:g} experiments but has {m}")
+        yield _claim("claims-experiments", claims["experiments"], m)
     if "rho0" in claims and _differ(claims["rho0"], worth.rho0, _AGREE):
-        found.append(
-            f"it claims ρ0 = {1e3 * claims['rho0']:.6g} mm but has {1e3 * worth.rho0:.6g} mm"
-        )
-    errors = dict(zip(study.springs.names, worth.standard_error, strict=True))
+        yield _claim("claims-rho0", claims["rho0"], worth.rho0)
+    errors = dict(zip(study.springs.names, worth.standard_error.tolist(), strict=True))
     for name, claimed in claims.get("standard_error", {}).items():
         if name not in errors:
-            found.append(
-                f"it claims a standard error for {name}, which the study does not identify"
-            )
+            yield Doubt("claims-unknown-error", (name,))
         elif _differ(claimed, errors[name], _AGREE):
-            found.append(
-                f"it claims a standard error of {claimed:.4g} for {name} but has {errors[name]:.4g}"
-            )
-    bound = proof.rho0_bound
-    if bound is not None and claims.get("lower_bound", 0.0) > bound * (1.0 + _BOUNDS_AGREE):
-        found.append(
-            f"it claims that no plan is better than {1e3 * claims['lower_bound']:.6g} mm, but only "
-            f"{1e3 * bound:.6g} mm is confirmed"
-        )
+            yield _claim("claims-error", claimed, errors[name], name)
+    bound, promised = proof.rho0_bound, claims.get("lower_bound", 0.0)
+    if bound is not None and promised > bound * (1.0 + _BOUNDS_AGREE):
+        yield _claim("claims-bound", promised, bound)
     promised = claims.get("efficiency", 0.0)
     if proof.kind != "none" and promised > proof.efficiency * (1.0 + 2.0 * _BOUNDS_AGREE):
-        found.append(
-            f"it claims an efficiency of {promised:.4f} but only {proof.efficiency:.4f} is "
-            "confirmed"
-        )
-    return found
+        yield _claim("claims-efficiency", promised, proof.efficiency)
+
+
+def _claim(code: Code, claimed: float, found: float, *about: str) -> Doubt:
+    return Doubt(code, about, numbers={"claimed": claimed, "found": found})
 
 
 def _differ(claimed: float, found: float, share: float) -> bool:

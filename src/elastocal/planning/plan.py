@@ -33,6 +33,7 @@ from elastocal.planning.plain_values import simplify
 from elastocal.planning.visibility import Visibility, visibility
 from elastocal.study.identifiability import check_count, check_identifiable
 from elastocal.study.study import Study
+from elastocal.wording import worded
 
 
 @dataclass(frozen=True)
@@ -113,7 +114,9 @@ def plan(
     tell("exact plan", 1.0)
     worth = assess(study, cases, repeats)
     if worth.violations:
-        raise InfeasibleError(f"no feasible plan was found: in the best, {worth.violations[0]}")
+        raise InfeasibleError(
+            f"no feasible plan was found: in the best, {worded(worth.violations[0])}"
+        ).with_doubts(*worth.violations)
     return Plan(
         load_cases=cases,
         repeats=frozen(repeats, np.int64),

@@ -6,16 +6,17 @@ In: a study, load cases, repeats. Out: a `RobotProgram`.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from elastocal.arrays import Array, IntArray
-from elastocal.constraints import describe, margins_at
+from elastocal.constraints import margins_at
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InfeasibleError, InputError
-from elastocal.motion.margins import Vias, hits, motion_margins
+from elastocal.motion.margins import Vias, blocked, motion_margins
 from elastocal.motion.space import MotionSpace
 from elastocal.planning.assessment import TOLERANCE, assess
 from elastocal.programs.approach import approaches
@@ -31,6 +32,8 @@ from elastocal.programs.robot_program import (
 )
 from elastocal.robot.posture import Posture
 from elastocal.study.study import Study
+from elastocal.wording import worded
+from elastocal.wording.numbers import described
 
 STANDARD_GRAVITY = 9.80665
 """Weight of a kilogram [N/kg], for the masses in messages."""
@@ -74,7 +77,7 @@ def campaign_program(
     """
     worth = assess(study, cases, repeats)
     if worth.violations:
-        raise InfeasibleError(worth.violations[0])
+        raise InfeasibleError(worded(worth.violations[0])).with_doubts(*worth.violations)
     for value in (prebias, prebias_sliding):
         if not (np.isfinite(value) and value >= 0.0):
             raise InputError(f"an approach distance must not be negative, found {value:g}")
@@ -114,8 +117,9 @@ def _refuse_collisions(space: MotionSpace, program: RobotProgram) -> None:
     starts, goals = (program.targets[[pair[end] for pair in pairs]] for end in (0, 1))
     margins = motion_margins(space, starts, goals)
     for i in np.flatnonzero(~margins.free).tolist():
-        names = [program.target_names[target] for target in pairs[i]]
-        raise InfeasibleError(f"the motion from {names[0]} to {names[1]} {hits(margins, i)}")
+        names = tuple(program.target_names[target] for target in pairs[i])
+        doubt = replace(blocked(margins, i), about=names)
+        raise InfeasibleError(worded(doubt)).with_doubts(doubt)
 
 
 def _notes(home: bool, same: bool) -> tuple[str, ...]:
@@ -199,7 +203,7 @@ def _home(study: Study, home: ArrayLike) -> tuple[list[Array], list[str]]:
     check_limits(robot, q[None], ["home"])
     room = margins_at(study.constraints, Posture(robot, q[None]))[:, 0]
     return [q], [
-        f"Home breaks {c.name} by {describe(-float(margin), c.unit)}."
+        f"Home breaks {c.name} by {described(-float(margin), c.unit)}."
         for c, margin in zip(study.constraints, room, strict=True)
         if margin < -TOLERANCE
     ]

@@ -24,6 +24,7 @@ from elastocal.report.sections.plan import plan_part
 from elastocal.report.sections.provenance import provenance
 from elastocal.report.sections.state import state_section, title
 from elastocal.report.sections.validation import validation_part
+from elastocal.wording import worded
 from elastocal.wording.numbers import words
 
 _PARTS = (identification_part, validation_part, compensation_part, monte_carlo_part)
@@ -79,7 +80,7 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["words"] = words
+    environment.filters |= {"words": words, "worded": worded}
     return environment
 
 

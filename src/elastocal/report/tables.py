@@ -10,12 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastocal.constraints import describe
 from elastocal.planning.assessment import TOLERANCE, Assessment
 from elastocal.planning.plan import Plan
 from elastocal.robot.joint_kinds import KINDS, JointKind
 from elastocal.study.criteria import CRITERIA
 from elastocal.wording.numbers import (
+    described,
     fixed,
     length,
     number,
@@ -89,7 +89,7 @@ def margins(plan: Plan) -> Table:
     for i, near in enumerate(plan.assessment.nearest):
         state = "active" if near.margin < TOLERANCE else ""
         state = "broken" if near.margin < -TOLERANCE else state
-        room = describe(near.margin, near.unit).replace("-", "−")
+        room = described(near.margin, near.unit).replace("-", "−")
         shown = {"broken": f"{room}: broken", "active": "on the limit", "": room}[state]
         share = _share(near.margin / largest[near.unit]) if not state else 0.0
         rows.append(Row((str(i + 1), words(near.name), shown), share, state))

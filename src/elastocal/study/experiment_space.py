@@ -12,16 +12,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.arrays import Array, BoolArray
-from elastocal.constraints import Constraint, describe, margins_at
+from elastocal.constraints import Constraint, margins_at
 from elastocal.design.oracle import restore
 from elastocal.design.space import information
 from elastocal.elastic.allowed_loads import FreeDirection, Load
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import Regressor
-from elastocal.errors import InfeasibleError
+from elastocal.errors import Doubt, InfeasibleError
 from elastocal.measuring.instrument import Instrument
 from elastocal.robot.posture import Posture
+from elastocal.wording import worded
 
 _CHUNK = 2048  # load cases evaluated at once: what stays in the cache
 
@@ -159,12 +160,9 @@ class LoadCaseSpace:
         constraint = self.constraints[worst]
         posture = Posture(self.arm.robot, x[best : best + 1, : len(self.arm.robot.joints)])
         name = constraint.names_at(posture)[0]
-        depth = describe(-float(margins[best, worst]), constraint.unit)
-        raise InfeasibleError(
-            f"no feasible configuration found: the nearest one still breaks {name!r} "
-            f"by {depth}; relax it, or check the units and the "
-            "joint limits"
-        )
+        depth = {"by": -float(margins[best, worst])}
+        doubt = Doubt("no-configuration", (name,), (), depth, constraint.unit)
+        raise InfeasibleError(worded(doubt)).with_doubts(doubt)
 
     def _feasible(self, x: Array) -> BoolArray:
         """(N,) which design points hold all constraints; the costly ones are asked last."""

@@ -9,23 +9,16 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.design.space import information
-from elastocal.errors import IdentifiabilityError
+from elastocal.errors import Code, Doubt, IdentifiabilityError
 from elastocal.matrices import confounded, rank_of
 from elastocal.study.experiment_space import LoadCaseSpace
+from elastocal.wording import worded
+from elastocal.wording.identifiability import not_identifiable
 
 
-def unidentifiable(names: tuple[str, ...], total: Array) -> list[str]:
-    """One sentence for each group of compliances that `total`, (p, p), does not tell apart."""
-    sentences = []
-    for group in confounded(total):
-        joints = " and ".join(names[i] for i in group.members)
-        what = "a combination of them" if group.seen == 1 else f"{group.seen} combinations of them"
-        sentences.append(
-            f"{joints}: the experiments see only {what}"
-            if group.seen
-            else f"{joints}: no allowed experiment deflects a marker through this joint"
-        )
-    return sentences
+def unidentifiable(names: tuple[str, ...], total: Array) -> tuple[Doubt, ...]:
+    """The groups of compliances that `total`, (p, p), does not tell apart."""
+    return tuple(group.doubt(names) for group in confounded(total))
 
 
 def check_identifiable(space: LoadCaseSpace, prior: Array, rng: np.random.Generator) -> None:
@@ -35,13 +28,9 @@ def check_identifiable(space: LoadCaseSpace, prior: Array, rng: np.random.Genera
         IdentifiabilityError: names the joints and says what would help.
     """
     blocks = information(space.evaluate(space.sample(400, rng)).blocks)
-    sentences = unidentifiable(space.arm.springs.names, prior + blocks.sum(axis=0))
-    if sentences:
-        raise IdentifiabilityError(
-            "not identifiable from the allowed experiments: "
-            + "; ".join(sentences)
-            + "; leave such joints out of `identify`, or allow other forces or markers"
-        )
+    doubts = unidentifiable(space.arm.springs.names, prior + blocks.sum(axis=0))
+    if doubts:
+        raise IdentifiabilityError(not_identifiable(doubts)).with_doubts(*doubts)
 
 
 def check_count(
@@ -61,8 +50,6 @@ def check_count(
             needed = max(size, 1)
             break
     if distinct < needed:
-        what = "experiment" if count <= distinct else "configuration"
-        raise IdentifiabilityError(
-            f"{distinct} {what}{'s' if distinct > 1 else ''} cannot identify the {p} compliances "
-            f"{', '.join(space.arm.springs.names)}: at least {needed} are needed"
-        )
+        code: Code = "too-few-experiments" if count <= distinct else "too-few-configurations"
+        doubt = Doubt(code, space.arm.springs.names, (), {"count": distinct, "needed": needed})
+        raise IdentifiabilityError(worded(doubt)).with_doubts(doubt)

@@ -8,7 +8,6 @@ from rich.table import Table
 from rich.text import Text
 
 from elastocal.arrays import Array
-from elastocal.constraints import describe
 from elastocal.motion.schedule import Schedule
 from elastocal.planning.certificate import Certificate
 from elastocal.planning.evaluation import Evaluation
@@ -18,6 +17,8 @@ from elastocal.robot.chain import Robot
 from elastocal.study.criteria import CRITERIA
 from elastocal.study.study import Study
 from elastocal.terminal.console import micrometres, numbers, out, whole
+from elastocal.wording import worded
+from elastocal.wording.numbers import described
 
 
 def show_plan(plan: Plan) -> None:
@@ -83,7 +84,7 @@ def _nearest(plan: Plan) -> str:
     """Which constraint each configuration is nearest to, configurations of one kind together."""
     groups: dict[str, list[str]] = {}
     for i, near in enumerate(plan.assessment.nearest):
-        room = f" ({describe(near.margin, near.unit)})" if near.margin > 1e-6 else " (reached)"
+        room = f" ({described(near.margin, near.unit)})" if near.margin > 1e-6 else " (reached)"
         groups.setdefault(near.name + room, []).append(str(i + 1))
     return "; ".join(f"{', '.join(numbers)}: {name}" for name, numbers in groups.items())
 
@@ -187,8 +188,8 @@ def show_evaluations(
     out.print(_errors(study, errors))
     for name, (_, _, result) in results.items():
         show_view(result.view, name)
-        for sentence in (*result.objections, *result.unidentified):
-            out.print(Text(f"{name}: {sentence}", "red"))
+        for doubt in (*result.objections, *result.unidentified):
+            out.print(Text(f"{name}: {worded(doubt)}", "red"))
     for m, rho0 in random.items():
         low, middle, high = np.quantile(rho0, (0.05, 0.5, 0.95), method="inverted_cdf")
         out.print(

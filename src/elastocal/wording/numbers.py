@@ -100,6 +100,12 @@ def shown(unit: str) -> tuple[float, str]:
     return {"rad": (180.0 / np.pi, "°"), "m": (1e3, "mm")}.get(unit, (1.0, unit))
 
 
+def described(value: float, unit: str) -> str:
+    """A value in SI units as people read it: degrees and millimetres, four digits."""
+    factor, sign = shown(unit)
+    return f"{factor * value:.4g}{sign if sign == '°' else f' {sign}'}"
+
+
 def given(value: float) -> str:
     """A length somebody chose [m], without the zeros it was not given with."""
     factor, unit = length_unit([value])

@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 
 from elastocal.errors import Code, Doubt
-from elastocal.wording import compensation, identification
+from elastocal.wording import compensation, identifiability, identification, motion, plans
 
 SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     **identification.SENTENCES,
     **compensation.SENTENCES,
+    **identifiability.SENTENCES,
+    **plans.SENTENCES,
+    **motion.SENTENCES,
 }
 
 

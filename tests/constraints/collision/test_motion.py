@@ -100,7 +100,7 @@ def test_a_wire_between_two_samples_is_not_missed() -> None:
     start[0] = -start[0]
     found = motion_margins(study.motion_space, start[None], goal[None])
     assert not found.free[0]
-    assert found.words[0] == "wire with tool" or found.words[0].startswith("wire with")
+    assert found.pairs[0][0] == "wire"
     assert found.distance[0] < 0.0
 
 
@@ -178,7 +178,9 @@ def test_a_free_plan_needs_no_via_points() -> None:
 
 def test_a_wall_with_a_way_round_it() -> None:
     study = slider([("wall", (0.0, -0.2), (0.1, 1.5))])
-    assert "hits wall with ball by" in motion_violations(study.motion_space, GOAL)[0]
+    doubt = motion_violations(study.motion_space, GOAL)[0]
+    assert (doubt.code, doubt.because) == ("motion-blocked", ("wall", "ball"))
+    assert doubt.numbers["distance"] < 0.0
     via = detours(study.motion_space, GOAL)
     assert [len(points) for points in via] == [len(via[0]), len(via[1])]
     assert len(via[0]) >= 1
@@ -201,8 +203,11 @@ def test_what_blocks_all_ways_is_named() -> None:
     study = slider([("curtain", (0.0, 0.0), (0.1, 3.0))])
     with pytest.raises(InfeasibleError) as error:
         detours(study.motion_space, GOAL)
-    assert "from home to configuration 1" in str(error.value)
-    assert "hits curtain with ball by 150 mm at 50 %" in str(error.value)
+    (doubt,) = error.value.doubts
+    assert (doubt.code, doubt.because) == ("no-way", ("curtain", "ball"))
+    assert (doubt.numbers["leg"], doubt.numbers["share"]) == (0, 0.5)
+    assert doubt.numbers["distance"] == pytest.approx(-0.15)
+    assert "from home to configuration 1: the straight one hits curtain" in str(error.value)
 
 
 def known_ways(
@@ -259,17 +264,22 @@ def test_ways_that_are_not_free_are_refused(monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_a_home_in_collision_is_refused() -> None:
     study = slider([("pile", (-0.8, -0.8), (0.3, 0.3))])
-    with pytest.raises(InfeasibleError, match=r"hits pile with ball by 250 mm; give .* home_deg"):
+    with pytest.raises(InfeasibleError) as error:
         refuse_home(study.motion_space)
+    (doubt,) = error.value.doubts
+    assert (doubt.code, doubt.because) == ("home-blocked", ("pile", "ball"))
+    assert doubt.numbers["distance"] == pytest.approx(-0.25)
     refuse_home(slider([]).motion_space)
 
 
 def test_near_passes_say_what_is_to_be_kept() -> None:
     study = slider([("wall", (0.0, -0.505), (0.1, 0.2))])
     study = replace(study, pace=replace(study.pace, home=np.array([-0.8, -0.3])))
-    sentences = motion_violations(study.motion_space, np.array([[0.8, -0.3]]))
-    assert sentences[0].startswith("the motion from home to configuration 1 passes wall with ball")
-    assert "at 5 mm at 50 %, where 10 mm must be kept" in sentences[0]
+    doubt = motion_violations(study.motion_space, np.array([[0.8, -0.3]]))[0]
+    assert doubt.because == ("wall", "ball")
+    assert (doubt.numbers["leg"], doubt.numbers["share"]) == (0, 0.5)
+    assert doubt.numbers["distance"] == pytest.approx(0.005)
+    assert doubt.numbers["keep"] == pytest.approx(0.01)
 
 
 def test_programs_pass_the_via_points_and_refuse_to_leave_them_out() -> None:
@@ -282,6 +292,8 @@ def test_programs_pass_the_via_points_and_refuse_to_leave_them_out() -> None:
     there = [f"V{i + 1}" for i in range(len(via[0]))]
     back = [f"V{len(via[0]) + i + 1}" for i in range(len(via[1]))]
     assert names == ["H0", *there, "AP1", "P1", "AP1", "P1", *back, "H0"]
-    with pytest.raises(InfeasibleError, match="from H0 to AP1 hits wall with ball"):
+    with pytest.raises(InfeasibleError) as error:
         campaign_program(study, cases, repeats, home=study.pace.home)
+    (doubt,) = error.value.doubts
+    assert (doubt.about, doubt.because) == (("H0", "AP1"), ("wall", "ball"))
     campaign_program(study, cases, repeats)  # it starts where the robot stands

@@ -27,6 +27,7 @@ from elastocal.report.sections.monte_carlo import monte_carlo_remarks
 from elastocal.report.sections.provenance import robot_of
 from elastocal.report.sections.validation import origin, removed, validation_remarks
 from elastocal.simulation.monte_carlo import MonteCarlo
+from elastocal.wording import worded
 from elastocal.wording.lists import counted
 from elastocal.wording.numbers import length, number, percent, sure
 
@@ -165,7 +166,7 @@ def _alarms(contents: Contents) -> list[tuple[str, tuple[str, ...]]]:
     found = []
     if contents.plan is not None and contents.plan.assessment.violations:
         said = "This plan breaks its constraints. Do not run it."
-        found.append((said, contents.plan.assessment.violations))
+        found.append((said, tuple(map(worded, contents.plan.assessment.violations))))
     if contents.compensation is not None and alarms(contents.compensation):
         found.append(("Do not run the corrected path.", alarms(contents.compensation)))
     return found

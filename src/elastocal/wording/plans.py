@@ -1,0 +1,67 @@
+"""What is wrong with a plan: constraints it breaks, claims that do not hold."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from elastocal.errors import Code, Doubt
+from elastocal.wording.numbers import described
+
+
+def _load(doubt: Doubt, *keys: str) -> str:
+    return "[" + ", ".join(f"{doubt.numbers[key]:.6g}" for key in keys) + f"] {doubt.unit}"
+
+
+def _kind(doubt: Doubt) -> str:
+    return "force" if doubt.unit == "N" else "torque"
+
+
+def _at(doubt: Doubt) -> str:
+    return f"load case {doubt.numbers['load_case']}"
+
+
+def _claim(doubt: Doubt, what: str) -> str:
+    return what.format(*doubt.about, **doubt.numbers)
+
+
+def _lengths(doubt: Doubt, what: str) -> str:
+    return what.format(**{name: 1e3 * value for name, value in doubt.numbers.items()})
+
+
+SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
+    "constraint-broken": lambda doubt: (
+        f"{_at(doubt)} breaks {doubt.about[0]} by {described(doubt.numbers['by'], doubt.unit)}"
+    ),
+    "load-differs": lambda doubt: (
+        f"{_at(doubt)} has {_kind(doubt)} {_load(doubt, *'xyz')} where the study has "
+        f"{_load(doubt, 'wanted_x', 'wanted_y', 'wanted_z')}"
+    ),
+    "load-too-large": lambda doubt: (
+        f"{_at(doubt)} has {_kind(doubt)} {_load(doubt, *'xyz')}, above the bound of "
+        f"{doubt.numbers['bound']:.6g} {doubt.unit}"
+    ),
+    "load-outside-cone": lambda doubt: (
+        f"{_at(doubt)} has a {_kind(doubt)} outside the cone by "
+        f"{described(doubt.numbers['by'], 'rad')}"
+    ),
+    "claims-experiments": lambda doubt: _claim(
+        doubt, "it claims {claimed:g} experiments but has {found}"
+    ),
+    "claims-rho0": lambda doubt: _lengths(
+        doubt, "it claims ρ0 = {claimed:.6g} mm but has {found:.6g} mm"
+    ),
+    "claims-unknown-error": lambda doubt: _claim(
+        doubt, "it claims a standard error for {}, which the study does not identify"
+    ),
+    "claims-error": lambda doubt: _claim(
+        doubt, "it claims a standard error of {claimed:.4g} for {} but has {found:.4g}"
+    ),
+    "claims-bound": lambda doubt: _lengths(
+        doubt,
+        "it claims that no plan is better than {claimed:.6g} mm, but only {found:.6g} mm is "
+        "confirmed",
+    ),
+    "claims-efficiency": lambda doubt: _claim(
+        doubt, "it claims an efficiency of {claimed:.4f} but only {found:.4f} is confirmed"
+    ),
+}
