@@ -23,7 +23,7 @@ GROUND = ("arrays", "errors", "matrices")
 # Rooms in import order, with the rooms above that each may import besides the ground floor.
 MAY_IMPORT = {
     "wording": "none",
-    "robot": "none",
+    "robot": "wording",
     "elastic": "robot",
     "constraints": "robot",
     "measuring": "robot elastic",

@@ -5,12 +5,15 @@ from __future__ import annotations
 import struct
 from pathlib import Path
 
+import numpy as np
 import pytest
 import trimesh
 from typer.testing import CliRunner
 
 from elastocal.cli import app
+from elastocal.errors import Doubt
 from elastocal.files.study.study_file import read_study
+from elastocal.planning.study_check import HEAD
 from elastocal.planning.study_check import check as checkup
 from tests.cli.test_bad_studies import GOOD, TRACKER, run
 
@@ -158,24 +161,40 @@ def test_home_in_an_obstacle_is_said_before_planning(folder: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "remark"),
+    ("old", "new", "doubt"),
     [
-        (TABLE, "{name: step, box_mm: [1.2, 1.6, 0.7], center_mm: [3000, 0, 0]}", "'step' is no"),
-        ("{margin", "{link_radius_mm: 0.12, margin", "links are as thin as 0.12 mm"),
-        ("{sigma_mm: 0.03}", TRACKER.replace("900]", "900], range_mm: [0.8, 8]"), "<= 8 mm"),
-        ("{sigma_mm: 0.03}", TRACKER.replace("3000, 0, 900", "3, 0, 0.9"), "3.13 mm from the"),
+        (
+            TABLE,
+            "{name: step, box_mm: [1.2, 1.6, 0.7], center_mm: [3000, 0, 0]}",
+            Doubt("small-obstacle", ("step",), (), {"size": 0.0016}),
+        ),
+        (
+            "{margin",
+            "{link_radius_mm: 0.12, margin",
+            Doubt("thin-links", (), (), {"radius": pytest.approx(0.00012)}),
+        ),
+        (
+            "{sigma_mm: 0.03}",
+            TRACKER.replace("900]", "900], range_mm: [0.8, 8]"),
+            Doubt("short-range", ("range of M1 <= 8 mm",), (), {"bound": 0.008}),
+        ),
+        (
+            "{sigma_mm: 0.03}",
+            TRACKER.replace("3000, 0, 900", "3, 0, 0.9"),
+            Doubt("near-tracker", (), (), {"distance": pytest.approx(np.hypot(3e-3, 0.9e-3))}),
+        ),
     ],
 )
 def test_metres_under_a_key_in_millimetres_are_remarked(
-    old: str, new: str, remark: str, folder: Path
+    old: str, new: str, doubt: Doubt, folder: Path
 ) -> None:
     assert old in CELL
     study = folder / "study.yaml"
     study.write_text(CELL.replace(old, new), encoding="utf-8")
     study = read_study(study)
-    remarks = [sentence for sentence in checkup(study).remarks if "were metres meant" in sentence]
-    assert len(remarks) == 1
-    assert remark in remarks[0]
+    aside = ("no-task", "taken-as-rigid")
+    doubts = [found for found in checkup(study).doubts if found.code not in aside]
+    assert doubts == [doubt]
 
 
 def test_what_the_head_stands_in_is_said(folder: Path) -> None:
@@ -183,7 +202,7 @@ def test_what_the_head_stands_in_is_said(folder: Path) -> None:
     inside = TRACKER.replace("3000, 0, 900", "1700, 0, 350")
     study.write_text(CELL.replace("{sigma_mm: 0.03}", inside), encoding="utf-8")
     said = checkup(read_study(study)).unwatched
-    assert "the head of the tracker stands in it: beam to M1–table" in said
+    assert Doubt("not-watched", ("beam to M1–table",), (HEAD,)) in said
 
 
 def test_a_remark_that_asks_ends_with_its_question_mark(folder: Path) -> None:

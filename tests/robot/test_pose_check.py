@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from elastocal.arrays import Array
-from elastocal.errors import InputError
+from elastocal.errors import Doubt, InputError
 from elastocal.robot.chain import Joint, Robot, transform
 from elastocal.robot.controller_axes import Coupling, coupling, uncoupled
 from elastocal.robot.pose_check import KnownPose, PoseCheck, check_known_poses
@@ -47,56 +47,63 @@ def test_the_right_model_fits() -> None:
 def test_a_wrong_sign_is_named(joint: str) -> None:
     found = checked(coupling(ROBOT, signs={joint: -1}))
     assert not found.fits
-    assert found.explanations == (f"{joint} counts the other way (signs: {{{joint}: -1}})",)
+    assert found.explanations == ((Doubt("counts-other-way", (joint,), (), {"sign": -1}),),)
     assert found.left_over < 2e-3
 
 
 @pytest.mark.parametrize("degrees", [90, -90, 180])
 def test_a_zero_elsewhere_is_named(degrees: float) -> None:
     found = checked(coupling(ROBOT, offsets={"A3": np.radians(degrees)}))
-    assert f"offsets_deg: {{A3: {degrees:g}}}" in found.explanations[0]
+    ((mistake,), *_) = found.explanations
+    assert (mistake.code, mistake.about) == ("zero-elsewhere", ("A3",))
+    assert mistake.numbers["offset"] == pytest.approx(np.radians(degrees))
 
 
 @pytest.mark.parametrize("factor", [1.0, -1.0])
 def test_a_coupled_joint_is_named(factor: float) -> None:
     found = checked(coupling(ROBOT, couple={"A3": {"A2": factor}}))
-    assert f"couple: {{A3: {{A2: {factor:g}}}}}" in found.explanations[0]
+    assert found.explanations[0] == (coupled(factor),)
+
+
+def coupled(factor: float) -> Doubt:
+    """The mistake that A3 is coupled to A2 by `factor`."""
+    return Doubt("coupled", ("A3", "A2"), (), {"factor": factor})
 
 
 def test_the_mend_that_is_proposed_mends() -> None:
     """Also where something is set already."""
     true = coupling(ROBOT, signs={"A3": -1}, offsets={"A3": 0.4}, couple={"A3": {"A2": 1.0}})
     assumed = coupling(ROBOT, signs={"A3": -1}, offsets={"A3": 0.4})
-    assert "couple: {A3: {A2: 1}}" in checked(true, assumed).explanations[0]
+    assert checked(true, assumed).explanations[0] == (coupled(1.0),)
     assumed = coupling(ROBOT, signs={"A3": -1}, offsets={"A3": 0.4}, couple={"A3": {"A2": 2.0}})
-    assert "couple: {A3: {A2: 1}}" in checked(true, assumed).explanations[0]
-    assert "A3 is not coupled to A2" in checked(uncoupled(ROBOT), coupling(
-        ROBOT, couple={"A3": {"A2": 1.0}})).explanations[0]  # fmt: skip
+    assert checked(true, assumed).explanations[0] == (coupled(1.0),)
+    assumed = coupling(ROBOT, couple={"A3": {"A2": 1.0}})
+    assert checked(uncoupled(ROBOT), assumed).explanations[0] == (coupled(0.0),)
 
 
 def test_two_mistakes_are_named_together() -> None:
     found = checked(coupling(ROBOT, signs={"A1": -1, "A3": -1}))
-    assert "signs: {A1: -1}" in found.explanations[0]
-    assert "signs: {A3: -1}" in found.explanations[0]
+    assert found.explanations[0] == tuple(
+        Doubt("counts-other-way", (joint,), (), {"sign": -1}) for joint in ("A1", "A3")
+    )
 
 
 @pytest.mark.parametrize(
-    ("scale", "shift", "words"),
-    [
-        (1e-3, 0.0, "in metres, not in millimetres"),
-        (1 / 25.4, 0.0, "in inches"),
-        (1.0, 0.6, "its base frame is elsewhere, by [0.0 -0.0 600"),
-    ],
+    ("scale", "shift", "code"),
+    [(1e-3, 0.0, "in-metres"), (1 / 25.4, 0.0, "in-inches"), (1.0, 0.6, "base-elsewhere")],
 )
-def test_wrong_units_and_another_base_are_named(scale: float, shift: float, words: str) -> None:
+def test_wrong_units_and_another_base_are_named(scale: float, shift: float, code: str) -> None:
     found = check_known_poses(ROBOT, uncoupled(ROBOT), poses(uncoupled(ROBOT), Q, scale, shift))
-    assert words.split(",")[0] in found.explanations[0]
+    assert [mistake.code for mistake in found.explanations[0]] == [code]
+    if shift:
+        by = [found.explanations[0][0].numbers[name] for name in "xyz"]
+        np.testing.assert_allclose(by, [0.0, 0.0, shift], atol=1e-3)
 
 
 def test_radians_for_degrees_are_named() -> None:
     given = [replace(p, shown=np.radians(p.shown)) for p in poses(uncoupled(ROBOT))]
     found = check_known_poses(ROBOT, uncoupled(ROBOT), given)
-    assert found.explanations[0] == "the joint values are in radians"
+    assert found.explanations[0] == (Doubt("in-radians"),)
 
 
 def test_what_no_mistake_explains_is_not_explained() -> None:
@@ -144,7 +151,7 @@ def test_a_slide_that_counts_the_other_way_is_named(joint: str) -> None:
         for i, (s, place) in enumerate(zip(shown, places, strict=True))
     ]
     found = check_known_poses(robot, uncoupled(robot), given)
-    assert found.explanations == (f"{joint} counts the other way (signs: {{{joint}: -1}})",)
+    assert found.explanations == ((Doubt("counts-other-way", (joint,), (), {"sign": -1}),),)
     assert found.left_over < 1e-12
     wrong = Posture(robot, np.where(np.array(robot.joint_names) == joint, -q, q)).point(POINT).T
     np.testing.assert_allclose(found.deviations, wrong - places, atol=1e-14)

@@ -60,6 +60,7 @@ def check(
         return
     from elastocal.files.study.study_file import read_study
     from elastocal.planning.study_check import check as look
+    from elastocal.wording import worded
 
     if picture is not None:
         writable(picture, study)
@@ -76,9 +77,9 @@ def check(
                 "feasible_share": found.feasible_share,
                 "seen_share": dict(found.seen),
                 "bottleneck": found.bottleneck,
-                "remarks": list(found.remarks),
+                "remarks": [*what.robot.remarks, *map(worded, found.doubts)],
                 "check_poses": _pose_deviations(what, found),
-                "unwatched_contacts": list(found.unwatched),
+                "unwatched_contacts": [worded(contacts) for contacts in found.unwatched],
                 "problem": None if found.problem is None else str(found.problem),
             }
         )

@@ -10,19 +10,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from itertools import combinations
+from itertools import chain, combinations
+from typing import NamedTuple
 
 import numpy as np
 
 from elastocal.arrays import Array, frozen
-from elastocal.errors import InputError
+from elastocal.errors import Doubt, InputError
 from elastocal.robot.chain import Robot
 from elastocal.robot.controller_axes import Coupling
 from elastocal.robot.posture import Posture
+from elastocal.wording.poses import misfit
 
 FITS = 5e-3
 """Deviation [m] up to which a model fits. Real arms are off by up to some mm; a mistake of
 convention moves them by centimetres and more."""
+
+_QUARTER = 0.5 * np.pi  # zeros are elsewhere by quarters of a turn [rad]
 
 
 @dataclass(frozen=True)
@@ -52,13 +56,14 @@ class PoseCheck:
 
     Attributes:
         deviations: (K, 3) position of the model minus the one shown [m].
-        explanations: Mistakes that explain the deviations, the likeliest first; empty if it fits.
+        explanations: Mistakes that explain the deviations, the likeliest first, each alone or two
+            made together; empty if it fits.
         left_over: Largest deviation after the first explanation [m].
         untold: Joints whose sign these poses do not tell.
     """
 
     deviations: Array
-    explanations: tuple[str, ...]
+    explanations: tuple[tuple[Doubt, ...], ...]
     left_over: float
     untold: tuple[str, ...]
 
@@ -71,6 +76,11 @@ class PoseCheck:
     def fits(self) -> bool:
         """Whether the model is that of the controller."""
         return self.largest <= FITS
+
+    @property
+    def doubt(self) -> Doubt:
+        """How far off the model is, and how far if the likeliest mistake is mended."""
+        return Doubt("poses-differ", numbers={"off": self.largest, "mended": self.left_over})
 
 
 def check_known_poses(robot: Robot, table: Coupling, poses: Sequence[KnownPose]) -> PoseCheck:
@@ -93,8 +103,21 @@ def check_known_poses(robot: Robot, table: Coupling, poses: Sequence[KnownPose])
         return PoseCheck(frozen(deviations), (), largest, untold)
     found = sorted(_attempts(robot, table, poses, shown), key=lambda attempt: attempt[0])
     best = found[0][0]
-    near = [words for off, words in found if off <= max(FITS, 1.001 * best)] if best <= FITS else []
-    return PoseCheck(frozen(deviations), tuple(near[:3]), best, untold)
+    near = [mistakes for off, mistakes in found if off <= max(FITS, 1.001 * best)]
+    explanations = tuple(near[:3]) if best <= FITS else ()
+    return PoseCheck(frozen(deviations), explanations, best, untold)
+
+
+def refuse_misfit(found: PoseCheck) -> None:
+    """Raise unless the model is that of the controller.
+
+    Raises:
+        InputError: it is not; names the mistakes that would explain it.
+    """
+    if not found.fits:
+        raise InputError(misfit(found.doubt, found.explanations)).with_doubts(
+            found.doubt, *chain.from_iterable(found.explanations)
+        )
 
 
 def refuse_too_few(poses: Sequence[KnownPose]) -> None:
@@ -145,77 +168,77 @@ class _Parts:
         return _Parts(self.names, self.signs, self.offsets, mixing)
 
 
-_Change = tuple[str, "tuple[str, int, int, float]"]
+class _Change(NamedTuple):
+    """A mistake of convention, and how it alters a coupling."""
+
+    mistake: Doubt
+    kind: str
+    joints: tuple[int, int]
+    by: float
+
+    def of(self, parts: _Parts) -> _Parts:
+        i, j = self.joints
+        if self.kind == "sign":
+            return parts.turned(i)
+        if self.kind == "zero":
+            return parts.moved(i, self.by)
+        return parts.coupled(i, j, self.by)
 
 
 def _attempts(
     robot: Robot, table: Coupling, poses: Sequence[KnownPose], shown: Array
-) -> Iterator[tuple[float, str]]:
+) -> Iterator[tuple[float, tuple[Doubt, ...]]]:
     """(largest deviation [m], what was assumed), one mistake at a time; two if one is too few."""
     parts = _Parts.of(table)
     changes = _changes(robot, parts)
 
     def off(*made: _Change, values: Array = shown, scale: float = 1.0) -> Array:
         altered = parts
-        for _, (kind, i, j, by) in made:
-            if kind == "sign":
-                altered = altered.turned(i)
-            elif kind == "zero":
-                altered = altered.moved(i, by)
-            else:
-                altered = altered.coupled(i, j, by)
+        for change in made:
+            altered = change.of(altered)
         return _deviations(robot, altered.to_model(values), poses, scale)
 
-    singles = [(_largest(off(change)), change[0]) for change in changes]
-    singles.append((_largest(off(values=np.degrees(shown))), "the joint values are in radians"))
-    for scale, words in (
-        (1e3, "the positions are in metres, not in millimetres"),
-        (25.4, "the positions are in inches"),
-    ):
-        singles.append((_largest(off(scale=scale)), words))
+    singles = [(_largest(off(change)), (change.mistake,)) for change in changes]
+    singles += [
+        (_largest(off(values=np.degrees(shown))), (Doubt("in-radians"),)),
+        (_largest(off(scale=1e3)), (Doubt("in-metres"),)),
+        (_largest(off(scale=25.4)), (Doubt("in-inches"),)),
+    ]
     plain = off()
     shift = -plain.mean(axis=0)
-    shifted = f"its base frame is elsewhere, by [{' '.join(f'{1e3 * v:.1f}' for v in shift)}] mm"
-    singles.append((_largest(plain + shift), shifted))
+    numbers = dict(zip("xyz", shift.tolist(), strict=True))
+    singles.append((_largest(plain + shift), (Doubt("base-elsewhere", numbers=numbers),)))
     yield from singles
-    if min(singles)[0] <= FITS:
+    if min(size for size, _ in singles) <= FITS:
         return
     for change in changes:
         left = off(change)
-        yield _largest(left - left.mean(axis=0)), f"{change[0]}; besides, its base is elsewhere"
+        yield _largest(left - left.mean(axis=0)), (change.mistake, Doubt("base-elsewhere"))
     for a, b in combinations(changes, 2):
-        if a[1][:2] != b[1][:2]:
-            yield _largest(off(a, b)), f"{a[0]}; and {b[0]}"
+        if (a.kind, a.joints[0]) != (b.kind, b.joints[0]):
+            yield _largest(off(a, b)), (a.mistake, b.mistake)
 
 
 def _changes(robot: Robot, parts: _Parts) -> list[_Change]:
-    """Mistakes of convention, each with the key that mends it."""
+    """Mistakes of convention, each with the value that mends it."""
     found: list[_Change] = []
     names = parts.names
     for i, joint in enumerate(robot.joints):
-        sign = -int(parts.signs[i])
-        words = f"{joint.name} counts the other way (signs: {{{joint.name}: {sign}}})"
-        found.append((words, ("sign", i, i, 0.0)))
+        sign = {"sign": -int(parts.signs[i])}
+        mistake = Doubt("counts-other-way", (joint.name,), numbers=sign)
+        found.append(_Change(mistake, "sign", (i, i), 0.0))
         if joint.prismatic:
             continue
-        for degrees in (90.0, -90.0, 180.0):
-            zero = np.degrees(parts.offsets[i]) + degrees
-            words = (
-                f"the zero of {joint.name} is {abs(degrees):g}° elsewhere "
-                f"(offsets_deg: {{{joint.name}: {zero:g}}})"
-            )
-            found.append((words, ("zero", i, i, np.radians(degrees))))
+        for by in (_QUARTER, -_QUARTER, 2.0 * _QUARTER):
+            zero = {"by": by, "offset": float(parts.offsets[i]) + by}
+            mistake = Doubt("zero-elsewhere", (joint.name,), numbers=zero)
+            found.append(_Change(mistake, "zero", (i, i), by))
     turning = np.flatnonzero(~robot.prismatic)
     for j, i in zip(turning[:-1].tolist(), turning[1:].tolist(), strict=True):
         for by in (1.0, -1.0):
-            factor = float(parts.mixing[i, j] + by)
-            words = (
-                f"{names[i]} is coupled to {names[j]} "
-                f"(couple: {{{names[i]}: {{{names[j]}: {factor:g}}}}})"
-            )
-            if factor == 0.0:
-                words = f"{names[i]} is not coupled to {names[j]}"
-            found.append((words, ("couple", i, j, by)))
+            factor = {"factor": float(parts.mixing[i, j]) + by}
+            mistake = Doubt("coupled", (names[i], names[j]), numbers=factor)
+            found.append(_Change(mistake, "couple", (i, j), by))
     return found
 
 

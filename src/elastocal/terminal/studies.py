@@ -15,6 +15,7 @@ from elastocal.measuring.instrument import Instrument, LaserTracker
 from elastocal.planning.study_check import Checkup
 from elastocal.study.study import Study
 from elastocal.terminal.console import numbers, out
+from elastocal.wording import worded
 
 
 def show_check(study: Study, found: Checkup) -> None:
@@ -60,9 +61,9 @@ def show_check(study: Study, found: Checkup) -> None:
         out.print(
             Text(f"The tracker sees {marker} in {100 * share:.3g} % of random configurations")
         )
-    for sentence in found.unwatched:
-        out.print(Text(f"Contact not watched, {sentence}."))
-    for remark in found.remarks:
+    for contacts in found.unwatched:
+        out.print(Text(f"Contact not watched, {worded(contacts)}."))
+    for remark in (*robot.remarks, *map(worded, found.doubts)):
         out.print(Text(f"Note: {remark}" + ("" if remark[-1:] in ".?" else "."), style="yellow"))
     if found.problem is None:
         out.print(f"[green]Identifiable:[/green] {escape(', '.join(study.springs.names))}")

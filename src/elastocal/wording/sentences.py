@@ -5,12 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 
 from elastocal.errors import Code, Doubt
-from elastocal.wording import compensation, identifiability, identification, motion, plans
+from elastocal.wording import (
+    compensation,
+    identifiability,
+    identification,
+    motion,
+    plans,
+    poses,
+    studies,
+)
 
 SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     **identification.SENTENCES,
     **compensation.SENTENCES,
     **identifiability.SENTENCES,
+    **studies.SENTENCES,
+    **poses.SENTENCES,
     **plans.SENTENCES,
     **motion.SENTENCES,
 }

@@ -136,7 +136,7 @@ def test_limits_of_the_study_replace_those_of_the_file() -> None:
     assert np.degrees([robot.lower[3], robot.upper[3]]) == pytest.approx([-180, 170])
 
 
-def test_remarks_of_the_reader_are_those_of_the_check(tmp_path: Path) -> None:
+def test_the_reader_remarks_on_what_it_leaves_out(tmp_path: Path) -> None:
     urdf = (FOLDER / "kr270.urdf").read_text()
     grip = (
         '<link name="finger"/><joint name="grip" type="continuous"><parent link="flange"/>'
@@ -144,8 +144,8 @@ def test_remarks_of_the_reader_are_those_of_the_check(tmp_path: Path) -> None:
     )
     (tmp_path / "kr270.urdf").write_text(urdf.replace("</robot>", grip))
     text = GOOD.replace(HEAD, "robot: {urdf: kr270.urdf, tip: flange}")
-    found = check(parse_study(text, tmp_path / "study.yaml"))
-    assert "grip: not between 'base_link' and 'flange', held at zero" in found.remarks
+    study = parse_study(text, tmp_path / "study.yaml")
+    assert "grip: not between 'base_link' and 'flange', held at zero" in study.robot.remarks
 
 
 @pytest.mark.parametrize("convention", ["modified", "classic"])

@@ -1,8 +1,8 @@
 """Which pairs of solids are watched, and which are left out because they always touch.
 
-In: the solids of robot and tool, obstacles, names to leave out. Out: `Pairs` and sentences. As in
-an allowed collision matrix: neighbours are left out, and so are pairs that touch in every one of
-many random configurations. All that is left out is said.
+In: the solids of robot and tool, obstacles, names to leave out. Out: `Pairs`, and what is left out.
+As in an allowed collision matrix: neighbours are left out, and so are pairs that touch in every one
+of many random configurations. All that is left out is said.
 """
 
 from __future__ import annotations
@@ -29,7 +29,8 @@ class LeftOut:
     Attributes:
         first: Name of the one.
         second: Name of the other.
-        why: In words.
+        why: "ignored" by the study, "neighbours", "always-touch", "always-near" (nearer than the
+            margin) or "stands-on-it".
     """
 
     first: str
@@ -62,7 +63,7 @@ def self_pairs(
         if a.body == b.body:
             continue
         if ignored(a, b, ignore):
-            left[a.name, b.name] = "left out by the study"
+            left[a.name, b.name] = "ignored"
         elif abs(a.body - b.body) == 1:
             left[a.name, b.name] = "neighbours"
         else:
@@ -84,7 +85,7 @@ def self_pairs(
         gap = nearest(Pairs(tuple(solids), tuple(group)), posture, margin).value
         if (gap < margin).all():
             touch = bool((gap < 0.0).all())
-            left[first, second] = "always touch" if touch else "always nearer than the margin"
+            left[first, second] = "always-touch" if touch else "always-near"
         else:
             kept += group
     # Of two bodies of several solids each, some pairs may be watched and some left out.
@@ -116,11 +117,11 @@ def obstacle_pairs(
                 continue
             names = (solid.name, thing.name)
             if ignored(solid, thing, ignore):
-                left[names] = "left out by the study"
+                left[names] = "ignored"
                 continue
             gap = nearest(Pairs((solid, thing), ((0, 1),)), posture, 0.0).value
             if solid.body <= standing and (gap < 0.0).all() and np.ptp(gap) < 1e-6:
-                left[names] = "the link stands on it"
+                left[names] = "stands-on-it"
             else:
                 index.append((i, j))
     return Pairs(tuple(everything), tuple(index)), tuple(

@@ -1,0 +1,76 @@
+"""What looks odd in a study."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from elastocal.errors import Code, Doubt
+from elastocal.wording.numbers import shown
+
+_NOT_WATCHED = {
+    "ignored": "left out by the study",
+    "stands-on-it": "the link stands on it",
+    "always-touch": "always touch",
+    "always-near": "always nearer than the margin",
+    "neighbours": "neighbours",
+    "tracker-head": "the head of the tracker stands in it",
+}
+
+
+def _mm(doubt: Doubt, name: str) -> str:
+    return f"{1e3 * doubt.numbers[name]:g} mm"
+
+
+def _small_angles(doubt: Doubt) -> str:
+    factor, unit = shown("rad")
+    return (
+        f"all angles of test pose {doubt.about[0]!r} are below "
+        f"{factor * doubt.numbers['below']:.2g}{unit}: were radians meant?"
+    )
+
+
+def _no_task(doubt: Doubt) -> str:
+    joints = "this joint" if len(doubt.about) == 1 else "these joints"
+    return (
+        f"{', '.join(doubt.about)}: no test pose is deflected through {joints}, so the plan spends "
+        "no effort there that it can avoid"
+    )
+
+
+SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
+    "small-tool": lambda doubt: (
+        f"tool {doubt.about[0]!r} is no larger than {_mm(doubt, 'size')}: were metres meant?"
+    ),
+    "large-tool": lambda doubt: (
+        f"tool {doubt.about[0]!r} reaches {doubt.numbers['size']:.4g} m from the flange, which is "
+        "larger than the arm"
+    ),
+    "small-angles": _small_angles,
+    "small-pose-force": lambda doubt: (
+        f"the force at test pose {doubt.about[0]!r} is only {doubt.numbers['force']:g} N: were "
+        "kilonewtons meant?"
+    ),
+    "small-force": lambda doubt: (
+        f"the calibration force is only {doubt.numbers['force']:g} N: were kilonewtons meant?"
+    ),
+    "coarse-sigma": lambda doubt: (
+        f"sigma is {_mm(doubt, 'sigma')} per coordinate: were micrometres meant? A laser tracker "
+        "has about 0.03 mm"
+    ),
+    "near-tracker": lambda doubt: (
+        f"the tracker stands {1e3 * doubt.numbers['distance']:.3g} mm from the origin of the base: "
+        "were metres meant?"
+    ),
+    "short-range": lambda doubt: f"{doubt.about[0]}: were metres meant?",
+    "small-obstacle": lambda doubt: (
+        f"obstacle {doubt.about[0]!r} is no larger than {_mm(doubt, 'size')}: were metres meant?"
+    ),
+    "thin-links": lambda doubt: (
+        f"links are as thin as {_mm(doubt, 'radius')} in radius: were metres meant?"
+    ),
+    "no-task": _no_task,
+    "taken-as-rigid": lambda doubt: (
+        f"{', '.join(doubt.about)}: taken as rigid, not identified by this study"
+    ),
+    "not-watched": lambda doubt: f"{_NOT_WATCHED[doubt.because[0]]}: {', '.join(doubt.about)}",
+}
