@@ -87,10 +87,12 @@ def test_it_is_planned_written_read_and_judged(name: str, tmp_path: Path) -> Non
         assert criteria["P_mm"] == pytest.approx(1e3 / np.sqrt(value))
         assert certificate["P_lower_bound_mm"] == 1e3 * made.certificate.lower_bound
         assert "P0 below" in sentence
+        assert made.certificate.position_bound == made.certificate.lower_bound
     else:
         assert criteria[name] == pytest.approx(1.0 / (value if name == "V" else np.sqrt(value)))
         assert not [key for key in certificate if key.endswith("_mm")]
         assert f"by {name}:" in sentence
+        assert made.certificate.position_bound is None
     judged = judged_anew(study, tmp_path / "plan.json", made, bound)
     assert judged.accepted
     assert judged.assessment.criteria[name] == pytest.approx(made.assessment.criteria[name])
@@ -102,6 +104,15 @@ def judged_anew(study: Study, path: Path, made: Plan, bound: Bound) -> Evaluatio
     assert json.loads(path.read_text())["criterion"] == study.criterion
     proposal = read_proposal(path, study)
     return evaluate(study, proposal.load_cases, proposal.repeats, proposal.claims, bound)
+
+
+def test_a_bound_that_is_too_good_is_refused_under_every_position_error(tmp_path: Path) -> None:
+    study = replace(study_with_two_test_poses(), criterion="P")
+    bound = lower_bound(study, np.random.default_rng(0))
+    made = plan(study, effort=LIGHT, bound=bound)
+    boasting = replace(made.certificate, lower_bound=1.02 * made.certificate.lower_bound)
+    made = replace(made, certificate=boasting)
+    assert len(judged_anew(study, tmp_path / "plan.json", made, bound).objections) == 1
 
 
 def test_a_bound_on_another_criterion_is_none_on_rho0() -> None:

@@ -192,7 +192,7 @@ def _evaluation(count: int, configurations: int, result: Any) -> dict[str, Any]:
     from elastocal.wording import worded
 
     worth, proof = result.assessment, result.certificate
-    bound = proof.rho0_bound
+    bound = proof.position_bound
     return {
         "experiments": count,
         "configurations": configurations,

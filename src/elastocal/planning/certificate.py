@@ -20,7 +20,7 @@ from elastocal.elastic.load_cases import LoadCases
 from elastocal.matrices import NEARLY_SINGULAR, rank_of
 from elastocal.planning.assessment import Assessment
 from elastocal.planning.plain_values import simplify
-from elastocal.study.criteria import RHO0, criterion_of
+from elastocal.study.criteria import CRITERIA, RHO0, criterion_of
 from elastocal.study.study import Study
 
 Progress = Callable[[str, float], None]
@@ -64,10 +64,15 @@ class Certificate:
     floored: bool = False
 
     @property
+    def position_bound(self) -> float | None:
+        """No plan has a smaller position error of this kind [m]; None if it speaks of another."""
+        speaks = self.kind != "none" and CRITERIA[self.criterion].is_position_error
+        return self.lower_bound if speaks else None
+
+    @property
     def rho0_bound(self) -> float | None:
         """No plan has a smaller ρ0 [m]; None if it does not speak of ρ0."""
-        speaks = self.criterion == RHO0.name and self.kind != "none"
-        return self.lower_bound if speaks else None
+        return self.position_bound if self.criterion == RHO0.name else None
 
 
 @dataclass(frozen=True)

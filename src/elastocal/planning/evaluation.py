@@ -97,7 +97,7 @@ def _false_claims(
             yield Doubt("claims-unknown-error", (name,))
         elif _differ(claimed, errors[name], _AGREE):
             yield _claim("claims-error", claimed, errors[name], name)
-    bound, promised = proof.rho0_bound, claims.get("lower_bound", 0.0)
+    bound, promised = proof.position_bound, claims.get("lower_bound", 0.0)
     if bound is not None and promised > bound * (1.0 + _BOUNDS_AGREE):
         yield _claim("claims-bound", promised, bound)
     promised = claims.get("efficiency", 0.0)

@@ -112,9 +112,8 @@ def certificate_sentence(certificate: Certificate, count: int) -> str:
         )
     share = 100.0 * (1.0 - np.sqrt(min(max(c.efficiency, 0.0), 1.0)))
     room = f"efficiency {c.efficiency:.4f}, at most {share:.2g} % to gain in the error"
-    criterion = CRITERIA[c.criterion]
-    if criterion.is_position_error:
-        bound = f"{criterion.symbol} below {micrometres(c.lower_bound)}"
+    if c.position_bound is not None:
+        bound = f"{CRITERIA[c.criterion].symbol} below {micrometres(c.position_bound)}"
         sentence = f"No plan of {count} experiments has {bound}: {room}"
     else:
         sentence = f"Against every plan of {count} experiments, by {c.criterion}: {room}"
@@ -171,8 +170,7 @@ def show_evaluations(
     for name, (count, configurations, result) in results.items():
         proof = result.certificate
         known = proof.kind != "none"
-        length = known and CRITERIA[proof.criterion].is_position_error
-        bound = micrometres(proof.lower_bound) if length else "–"
+        bound = "–" if proof.position_bound is None else micrometres(proof.position_bound)
         verdict = Text("holds", "green") if result.accepted else Text("refused", "bold red")
         table.add_row(
             Text(name),

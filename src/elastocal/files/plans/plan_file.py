@@ -14,7 +14,7 @@ import numpy as np
 from elastocal import __version__
 from elastocal.files.plans.done_section import done_section
 from elastocal.files.plans.load_case_entries import columns, load_case_entries
-from elastocal.files.plans.proposal_file import read_proposal, study_for
+from elastocal.files.plans.proposal_file import bound_key, read_proposal, study_for
 from elastocal.files.plans.via_points import VIA, via_document
 from elastocal.files.study.embedded_study import embedded_study
 from elastocal.files.texts import finite, write_text
@@ -163,13 +163,12 @@ def _certificate(robot: Robot, certificate: Certificate) -> dict[str, Any]:
     assert certificate.peak is not None
     assert certificate.support is not None
     assert certificate.weights is not None
-    criterion = CRITERIA[certificate.criterion]
-    bound = {f"{criterion.key}_lower_bound_mm": 1e3 * certificate.lower_bound}
+    bound = certificate.position_bound
     return {
         "kind": certificate.kind,
         "criterion": certificate.criterion,
         # The other criteria are compared by efficiency: their losses have units of their own.
-        **(bound if criterion.is_position_error else {}),
+        **({} if bound is None else {bound_key(certificate.criterion): 1e3 * bound}),
         "efficiency": certificate.efficiency,
         "fresh_starts": certificate.fresh_starts,
         "attained": certificate.attained,

@@ -20,6 +20,7 @@ from elastocal.files.plans.via_points import VIA, read_via, split_via
 from elastocal.files.texts import read_text
 from elastocal.planning.remaining import knowing
 from elastocal.robot.chain import Robot
+from elastocal.study.criteria import CRITERIA, RHO0
 from elastocal.study.study import Done, Study, with_count
 
 
@@ -107,6 +108,11 @@ def document_of(text: str, path: Path) -> Any:
     return document
 
 
+def bound_key(criterion: str) -> str:
+    """Key of the bound on a position error; on ρ0 if nothing is said of the criterion."""
+    return f"{CRITERIA.get(criterion, RHO0).key}_lower_bound_mm"
+
+
 def _read_json(text: str, path: Path, robot: Robot) -> Proposal:
     document = document_of(text, path)
     entries = document.get("load_cases")
@@ -122,9 +128,9 @@ def _read_json(text: str, path: Path, robot: Robot) -> Proposal:
         claims["experiments"] = finite_at(document["experiments"], f"{path}: experiments")
     certificate = document.get("certificate", {})
     if isinstance(certificate, dict):
-        if "rho0_lower_bound_mm" in certificate:
-            bound = finite_at(certificate["rho0_lower_bound_mm"], f"{path}: rho0_lower_bound_mm")
-            claims["lower_bound"] = bound / 1e3
+        key = bound_key(str(document.get("criterion", "")))
+        if key in certificate:
+            claims["lower_bound"] = finite_at(certificate[key], f"{path}: {key}") / 1e3
         if "efficiency" in certificate:
             claims["efficiency"] = finite_at(certificate["efficiency"], f"{path}: efficiency")
     errors = document.get("standard_error", {})
