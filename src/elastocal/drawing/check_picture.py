@@ -259,7 +259,7 @@ def _table(study: Study, q: Array) -> tuple[Markup, int]:
     if differs:
         parts.append(text(x + 220.0, 44.0, "controller", "head", "end"))
     for i, joint in enumerate(robot.joints):
-        scale, unit = joint.shown
+        scale, unit = joint.kind.shown
         y = 64.0 + _ROW * i
         parts.append(text(x, y, _short(joint.name), "cell"))
         parts.append(text(x + 150.0, y, f"{fixed(scale * q[i], 1)} {unit}", "cell", "end"))

@@ -66,7 +66,7 @@ def for_robot(pace: Pace, robot: Robot, limits: Array) -> Pace:
             f"motion: speed and home need {n} numbers, found {speed.size} and {home.size}"
         )
     for joint, v, value in zip(robot.joints, speed, home, strict=True):
-        scale, unit = joint.shown
+        scale, unit = joint.kind.shown
         if not (np.isfinite(v) and v > 0.0):
             raise InputError(
                 f"motion: the speed of joint {joint.name!r} must be positive, found "

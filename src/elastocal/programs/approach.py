@@ -105,7 +105,7 @@ def _obstacle(
     for j, joint in enumerate(robot.joints):
         below, above = q[j] - limits[0, j], limits[1, j] - q[j]
         if max(below, above) < amount[j] - _ROUNDING:
-            scale, unit = joint.shown
+            scale, unit = joint.kind.shown
             return (
                 f"configuration {i + 1} cannot be approached: joint {joint.name!r} has only "
                 f"{scale * max(below, above):.4g}{unit} of room for an approach of "

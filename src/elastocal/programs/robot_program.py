@@ -140,7 +140,7 @@ def check_limits(robot: Robot, targets: Array, names: Sequence[str]) -> None:
     """
     for i, q in enumerate(targets):
         for j, joint in enumerate(robot.joints):
-            scale, unit = joint.shown
+            scale, unit = joint.kind.shown
             if not np.isfinite(q[j]):
                 raise InputError(f"target {names[i]}: joint {joint.name!r} has no finite value")
             if not joint.lower - _ROUNDING <= q[j] <= joint.upper + _ROUNDING:

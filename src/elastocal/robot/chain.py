@@ -44,11 +44,6 @@ class Joint:
         """What goes with a joint that turns or slides: names and units."""
         return kind_of(self.prismatic)
 
-    @property
-    def shown(self) -> tuple[float, str]:
-        """Factor and unit in which people read a joint value: degrees or millimetres."""
-        return self.kind.scale, self.kind.shown_unit
-
     def __post_init__(self) -> None:
         transform = frozen(self.T_parent_joint)
         axis = np.array(self.axis, dtype=float)

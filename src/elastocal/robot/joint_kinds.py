@@ -9,6 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from elastocal.wording.numbers import shown, suffix
+
 
 @dataclass(frozen=True)
 class JointKind:
@@ -20,10 +22,8 @@ class JointKind:
         spring: What a spring in it is called.
         quantity: What its values are: "angle" or "length".
         unit: SI unit of its values.
-        suffix: Unit in which people read them, as it stands behind a number.
-        key: The same as headers and keys of files spell it: `limits_deg`, "A1 [deg]".
-        scale: Factor from SI to the shown unit.
-        si: Factor back, rounded on its own.
+        key: Unit of its values in headers and keys of files: "A1 [deg]", `limits_deg`.
+        si: Factor from that unit to SI.
         decimals: Digits behind the point that are worth printing.
         load: Unit of what it bears.
         compliance: SI unit of a compliance.
@@ -35,9 +35,7 @@ class JointKind:
     spring: str
     quantity: str
     unit: str
-    suffix: str
     key: str
-    scale: float
     si: float
     decimals: int
     load: str
@@ -45,9 +43,24 @@ class JointKind:
     stiffness: str
 
     @property
+    def shown(self) -> tuple[float, str]:
+        """Factor from SI, and unit, in which people read values: degrees or millimetres."""
+        return shown(self.unit)
+
+    @property
+    def scale(self) -> float:
+        """The factor alone."""
+        return self.shown[0]
+
+    @property
     def shown_unit(self) -> str:
-        """The unit in which people read values, alone."""
-        return self.suffix.strip()
+        """The unit alone."""
+        return self.shown[1]
+
+    @property
+    def suffix(self) -> str:
+        """The unit as it stands behind a number."""
+        return suffix(self.shown_unit)
 
 
 REVOLUTE = JointKind(
@@ -56,9 +69,7 @@ REVOLUTE = JointKind(
     spring="angular",
     quantity="angle",
     unit="rad",
-    suffix="°",
     key="deg",
-    scale=180.0 / np.pi,
     si=np.pi / 180.0,
     decimals=3,
     load="N·m",
@@ -71,9 +82,7 @@ PRISMATIC = JointKind(
     spring="linear",
     quantity="length",
     unit="m",
-    suffix=" mm",
     key="mm",
-    scale=1e3,
     si=1e-3,
     decimals=2,
     load="N",

@@ -198,7 +198,7 @@ class Study:
         """The joint limits as constraints, two per joint that has any."""
         constraints = []
         for i, joint in enumerate(self.robot.joints):
-            scale, shown = joint.shown
+            scale, shown = joint.kind.shown
             for bound, upper, sign in (
                 (self.limits[0, i], False, ">="),
                 (self.limits[1, i], True, "<="),

@@ -100,10 +100,15 @@ def shown(unit: str) -> tuple[float, str]:
     return {"rad": (180.0 / np.pi, "°"), "m": (1e3, "mm")}.get(unit, (1.0, unit))
 
 
+def suffix(unit: str) -> str:
+    """A unit as it stands behind a number."""
+    return unit if unit == "°" else f" {unit}"
+
+
 def described(value: float, unit: str) -> str:
     """A value in SI units as people read it: degrees and millimetres, four digits."""
     factor, sign = shown(unit)
-    return f"{factor * value:.4g}{sign if sign == '°' else f' {sign}'}"
+    return f"{factor * value:.4g}{suffix(sign)}"
 
 
 def given(value: float) -> str:

@@ -55,7 +55,7 @@ def grouped(table: Table, robot: Robot, loaded: BoolArray | None, gravity: Array
     q, spread = _common(shown, codes, len(names))
     row, joint = np.unravel_index(spread.argmax(), spread.shape)
     if spread[row, joint] > JOINT_SCATTER:
-        scale, unit = robot.joints[joint].shown
+        scale, unit = robot.joints[joint].kind.shown
         first = int(np.flatnonzero(codes == codes[row])[0])
         raise MeasurementFileError(
             f"{table.where(int(row), keys[joint])}: experiment {names[codes[row]]!r} has "
@@ -65,7 +65,7 @@ def grouped(table: Table, robot: Robot, loaded: BoolArray | None, gravity: Array
         )
     remarks = []
     if spread.any():
-        scale, unit = robot.joints[joint].shown
+        scale, unit = robot.joints[joint].kind.shown
         remarks.append(
             f"joint values differ within experiments by up to {scale * spread[row, joint]:.2g} "
             f"{unit}; their means are used"

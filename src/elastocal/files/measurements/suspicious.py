@@ -66,7 +66,7 @@ def _joints(found: Measurements, study: Study, units: dict[str, str]) -> Iterato
         if unit == "deg" and 0.0 < shown < 2.0 * np.pi:
             yield f"no joint value is beyond {shown:.3g}°: were {other} meant?"
     for j, joint in enumerate(robot.joints):
-        scale, unit = joint.shown
+        scale, unit = joint.kind.shown
         beyond = (q[:, j] < joint.lower - 1e-9) | (q[:, j] > joint.upper + 1e-9)
         if beyond.any():
             first = int(beyond.argmax())

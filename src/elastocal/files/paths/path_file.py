@@ -137,7 +137,7 @@ def _configurations(table: Table, robot: Robot) -> Array:
         q[:, j] = table.numbers([joint.name], UNITS[joint.kind.quantity])[:, 0]
         wrong = np.flatnonzero((q[:, j] < joint.lower) | (q[:, j] > joint.upper))
         if len(wrong):
-            scale, unit = joint.shown
+            scale, unit = joint.kind.shown
             raise PathFileError(
                 f"{table.path}, line {table.rows[wrong[0]][0]}, column {joint.name!r}: "
                 f"{scale * q[wrong[0], j]:.6g}{unit} is outside the limits "
@@ -245,7 +245,7 @@ def _jumps(table: Table, robot: Robot, q: Array) -> Sequence[str]:
         return ()
     # In shares of what is still no jump, so that angles and lengths can be compared.
     i, j = np.unravel_index(np.argmax(steps / least), steps.shape)
-    scale, unit = robot.joints[j].shown
+    scale, unit = robot.joints[j].kind.shown
     lines = table.rows[i][0], table.rows[i + 1][0]
     return (
         f"{int(jumps.sum())} jump{'s' if jumps.sum() > 1 else ''} between consecutive points; the "

@@ -28,6 +28,7 @@ from elastocal.planning.certificate import (
 )
 from elastocal.planning.plan import Plan
 from elastocal.robot.chain import Robot
+from elastocal.robot.joint_kinds import KINDS
 from elastocal.study.criteria import CRITERIA
 from elastocal.study.study import Study
 
@@ -93,9 +94,7 @@ def plan_document(plan: Plan) -> dict[str, Any]:
     cases = []
     for i, case in enumerate(load_case_entries(robot, plan.load_cases)):
         near = worth.nearest[i]
-        scale, unit = {"rad": (180.0 / np.pi, "deg"), "m": (1e3, "mm")}.get(
-            near.unit, (1.0, near.unit)
-        )
+        kind = next(kind for kind in KINDS if kind.unit == near.unit)
         cases.append(
             case
             | {
@@ -103,8 +102,8 @@ def plan_document(plan: Plan) -> dict[str, Any]:
                 "done_after_min": float(times.ends[i]) / 60.0,
                 "nearest_constraint": {
                     "name": near.name,
-                    "margin": scale * near.margin,
-                    "unit": unit,
+                    "margin": kind.scale * near.margin,
+                    "unit": kind.key,
                 },
             }
         )

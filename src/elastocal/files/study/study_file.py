@@ -154,7 +154,7 @@ class _Reader:
                 continue
             for joint, value in zip(robot.joints, pose.case.q[0], strict=True):
                 if not joint.lower - 1e-9 <= value <= joint.upper + 1e-9:
-                    scale, unit = joint.shown
+                    scale, unit = joint.kind.shown
                     raise self._error(
                         ("test_poses", i),
                         f"test pose {pose.name!r} has {joint.name} at {scale * value:.6g}{unit}, "
