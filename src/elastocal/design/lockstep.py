@@ -12,6 +12,7 @@ Source: Nocedal & Wright, Numerical Optimization, ch. 6 and 17; the lockstep for
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +21,7 @@ from elastocal.arrays import Array, BoolArray, IntArray
 
 PENALTIES = (0.3, 1.0, 10.0)
 """First penalties, dealt out in turn: paths that differ end in different optima."""
+_REACH = 0.5  # longest step in one variable
 
 
 class Step(NamedTuple):
@@ -54,7 +56,6 @@ def minimise(
     *,
     stages: Stages,
     tolerance: float = 0.0,
-    reach: float = 0.5,
     penalties: Sequence[float] = PENALTIES,
 ) -> Minimum:
     """Minimise B problems from the starts `x`, (B, D), within bounds and margins.
@@ -70,27 +71,26 @@ def minimise(
         stages: (evaluations of the batch, how many problems to keep then) in turn.
         tolerance: A problem rests once ten iterations gain less than this and no margin is
             violated by more than its root.
-        reach: Longest step in one variable.
         penalties: First penalties of the constraints, dealt out to the problems in turn.
     """
-    state = _State(problem, np.clip(x, lower, upper), lower, upper, reach, penalties)
-    rested = state.snapshot(np.zeros(len(x), dtype=bool))
+    search = _Search(problem, np.clip(x, lower, upper), lower, upper, penalties)
+    rested = search.batch.only(np.zeros(len(x), dtype=bool)).minimum
     for iterations, kept in stages:
         for iteration in range(iterations):
-            if not len(state.index):
+            if not len(search.batch.index):
                 break
-            state.advance()
+            search.advance()
             if iteration % 10 == 9:
-                done = state.update_multipliers(tolerance)
+                done = search.update_multipliers(tolerance)
                 if done.any():
-                    rested = _joined(rested, state.snapshot(done))
-                    state.keep(~done)
+                    rested = _joined(rested, search.batch.only(done).minimum)
+                    search.batch = search.batch.only(~done)
         room = max(kept - len(rested.origin), 0)
-        if room < len(state.index):
-            best = np.zeros(len(state.index), dtype=bool)
-            best[np.argsort(state.merit, kind="stable")[:room]] = True
-            state.keep(best)
-    found = _joined(rested, state.snapshot(np.ones(len(state.index), dtype=bool)))
+        if room < len(search.batch.index):
+            best = np.zeros(len(search.batch.index), dtype=bool)
+            best[np.argsort(search.batch.merit, kind="stable")[:room]] = True
+            search.batch = search.batch.only(best)
+    found = _joined(rested, search.batch.minimum)
     order = np.argsort(found.origin)
     return Minimum(found.x[order], found.value[order], found.violation[order], found.origin[order])
 
@@ -104,128 +104,154 @@ def _joined(first: Minimum, second: Minimum) -> Minimum:
     )
 
 
-_BATCHED = (
-    "index", "x", "multipliers", "penalty", "broken", "value", "margins", "merit", "gradient",
-    "inverse", "fresh", "checkpoint", "direction", "length",
-)  # fmt: skip
+@dataclass
+class _Batch:
+    """The problems that are still running: every array has one row for each of them."""
 
+    index: IntArray  # (B,) which of the starts it comes from
+    x: Array  # (B, D) where it is
+    value: Array  # (B,) objective at x
+    margins: Array  # (B, C) constraints at x
+    merit: Array  # (B,) augmented Lagrangian at x
+    gradient: Array  # (B, D) of the merit
+    multipliers: Array  # (B, C)
+    penalty: Array  # (B, C)
+    broken: Array  # (B, C) violations when the multipliers last moved
+    checkpoint: Array  # (B,) objective when the multipliers last moved
+    inverse: Array  # (B, D, D) inverse Hessian of the merit
+    fresh: BoolArray  # (B,) whether that is the first guess still
+    direction: Array  # (B, D) where to go
+    length: Array  # (B,) how far, as a share of `direction`
 
-class _State:
-    """The running batch: points, multipliers, inverse Hessians, line-search steps."""
+    def only(self, mask: BoolArray) -> _Batch:
+        """The problems of `mask` alone."""
+        return _Batch(*(getattr(self, field.name)[mask] for field in fields(self)))
 
-    def __init__(
-        self,
-        problem: Problem,
-        x: Array,
-        lower: Array,
-        upper: Array,
-        reach: float,
-        penalties: Sequence[float],
-    ) -> None:
-        self.problem, self.lower, self.upper, self.reach = problem, lower, upper, reach
-        batch, self.size = x.shape
-        self.index = np.arange(batch)
-        self.x = x
-        step = problem(x, self.index)
-        self.multipliers = np.zeros_like(step.margins)
-        first = np.resize(np.array(penalties), (batch, 1))
-        self.penalty = np.broadcast_to(first, step.margins.shape).copy()
-        self.broken = np.maximum(0.0, -step.margins)
-        self.value, self.margins = step.value, step.margins
-        self.merit, self.gradient = self._merit(step)
-        self.inverse = np.tile(np.eye(self.size), (batch, 1, 1))
-        self.fresh = np.ones(batch, dtype=bool)
-        self.checkpoint = self.value.copy()
-        self.direction = np.zeros_like(x)
-        self.length = np.ones(batch)
-        self._aim(np.ones(batch, dtype=bool))
-
-    def snapshot(self, mask: BoolArray) -> Minimum:
-        return Minimum(self.x[mask], self.value[mask], self._violation()[mask], self.index[mask])
-
-    def keep(self, mask: BoolArray) -> None:
-        for name in _BATCHED:
-            setattr(self, name, getattr(self, name)[mask])
-
-    def advance(self) -> None:
-        """One evaluation: accept where the merit falls enough, shorten the step elsewhere."""
-        trial = np.clip(self.x + self.length[:, None] * self.direction, self.lower, self.upper)
-        moved = trial - self.x
-        step = self.problem(trial, self.index)
-        merit, gradient = self._merit(step)
-        slope = np.einsum("bd,bd->b", self.gradient, moved)
-        with np.errstate(invalid="ignore"):
-            good = merit <= self.merit + 1e-4 * slope
-        # A variable held at its bound says nothing of the curvature among the others.
-        self._learn(good, moved, np.where(moved == 0.0, 0.0, gradient - self.gradient))
-        self.x = np.where(good[:, None], trial, self.x)
-        self.gradient = np.where(good[:, None], gradient, self.gradient)
-        self.margins = np.where(good[:, None], step.margins, self.margins)
-        self.value = np.where(good, step.value, self.value)
-        rise = np.where(np.isfinite(merit), merit - self.merit - slope, np.inf)
-        self.merit = np.where(good, merit, self.merit)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            shrink = -0.5 * slope / rise
-        shrink = np.clip(np.where(np.isfinite(shrink), shrink, 0.5), 0.1, 0.5)
-        stuck = ~good & (self.length < 1e-6)
-        self.inverse[stuck] = np.eye(self.size)
-        self.fresh |= stuck
-        self.length = np.where(good | stuck, 1.0, self.length * shrink)
-        self._aim(good | stuck)
-
-    def update_multipliers(self, tolerance: float) -> BoolArray:
-        """Move the multipliers; say which problems have come to rest."""
-        self.multipliers = np.maximum(0.0, self.multipliers - self.penalty * self.margins)
-        broken = np.maximum(0.0, -self.margins)
-        stubborn = (broken > 1e-4) & (broken > 0.5 * self.broken)
-        self.penalty = np.where(stubborn, np.minimum(5.0 * self.penalty, 1e4), self.penalty)
-        self.broken = broken
-        gain = self.checkpoint - self.value
-        done = (np.abs(gain) < tolerance) & (self._violation() < np.sqrt(tolerance))
-        self.checkpoint = self.value.copy()
-        step = self.problem(self.x, self.index)
-        self.merit, self.gradient = self._merit(step)
-        self._aim(np.ones(len(self.x), dtype=bool))
-        self.length[:] = 1.0
-        return done
-
-    def _merit(self, step: Step) -> tuple[Array, Array]:
-        shifted = np.maximum(0.0, self.multipliers - self.penalty * step.margins)
-        penalty = ((shifted**2 - self.multipliers**2) / (2.0 * self.penalty)).sum(axis=1)
-        return step.value + penalty, step.pull(shifted)
-
-    def _violation(self) -> Array:
+    @property
+    def violation(self) -> Array:
+        """(B,) largest constraint violation."""
         if not self.margins.shape[1]:
             return np.zeros(len(self.x))
         return np.maximum(0.0, -self.margins.min(axis=1))
 
+    @property
+    def minimum(self) -> Minimum:
+        """Where it is now."""
+        return Minimum(self.x, self.value, self.violation, self.index)
+
+
+class _Search:
+    """Moves a batch of problems within bounds."""
+
+    def __init__(
+        self, problem: Problem, x: Array, lower: Array, upper: Array, penalties: Sequence[float]
+    ) -> None:
+        self.problem, self.lower, self.upper = problem, lower, upper
+        count, size = x.shape
+        index = np.arange(count)
+        step = problem(x, index)
+        first = np.resize(np.array(penalties), (count, 1))
+        multipliers = np.zeros_like(step.margins)
+        penalty = np.broadcast_to(first, step.margins.shape).copy()
+        merit, gradient = _merit(step, multipliers, penalty)
+        self.batch = _Batch(
+            index=index,
+            x=x,
+            value=step.value,
+            margins=step.margins,
+            merit=merit,
+            gradient=gradient,
+            multipliers=multipliers,
+            penalty=penalty,
+            broken=np.maximum(0.0, -step.margins),
+            checkpoint=step.value.copy(),
+            inverse=np.tile(np.eye(size), (count, 1, 1)),
+            fresh=np.ones(count, dtype=bool),
+            direction=np.zeros_like(x),
+            length=np.ones(count),
+        )
+        self._aim(np.ones(count, dtype=bool))
+
+    def advance(self) -> None:
+        """One evaluation: accept where the merit falls enough, shorten the step elsewhere."""
+        now = self.batch
+        trial = np.clip(now.x + now.length[:, None] * now.direction, self.lower, self.upper)
+        moved = trial - now.x
+        step = self.problem(trial, now.index)
+        merit, gradient = _merit(step, now.multipliers, now.penalty)
+        slope = np.einsum("bd,bd->b", now.gradient, moved)
+        with np.errstate(invalid="ignore"):
+            good = merit <= now.merit + 1e-4 * slope
+        # A variable held at its bound says nothing of the curvature among the others.
+        self._learn(good, moved, np.where(moved == 0.0, 0.0, gradient - now.gradient))
+        now.x = np.where(good[:, None], trial, now.x)
+        now.gradient = np.where(good[:, None], gradient, now.gradient)
+        now.margins = np.where(good[:, None], step.margins, now.margins)
+        now.value = np.where(good, step.value, now.value)
+        rise = np.where(np.isfinite(merit), merit - now.merit - slope, np.inf)
+        now.merit = np.where(good, merit, now.merit)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            shrink = -0.5 * slope / rise
+        shrink = np.clip(np.where(np.isfinite(shrink), shrink, 0.5), 0.1, 0.5)
+        stuck = ~good & (now.length < 1e-6)
+        now.inverse[stuck] = np.eye(now.x.shape[1])
+        now.fresh |= stuck
+        now.length = np.where(good | stuck, 1.0, now.length * shrink)
+        self._aim(good | stuck)
+
+    def update_multipliers(self, tolerance: float) -> BoolArray:
+        """Move the multipliers; say which problems have come to rest."""
+        now = self.batch
+        now.multipliers = np.maximum(0.0, now.multipliers - now.penalty * now.margins)
+        broken = np.maximum(0.0, -now.margins)
+        stubborn = (broken > 1e-4) & (broken > 0.5 * now.broken)
+        now.penalty = np.where(stubborn, np.minimum(5.0 * now.penalty, 1e4), now.penalty)
+        now.broken = broken
+        gain = now.checkpoint - now.value
+        done = (np.abs(gain) < tolerance) & (now.violation < np.sqrt(tolerance))
+        now.checkpoint = now.value.copy()
+        step = self.problem(now.x, now.index)
+        now.merit, now.gradient = _merit(step, now.multipliers, now.penalty)
+        self._aim(np.ones(len(now.x), dtype=bool))
+        now.length[:] = 1.0
+        return done
+
     def _learn(self, which: BoolArray, moved: Array, change: Array) -> None:
         """BFGS update of the inverse Hessians of the problems `which`."""
+        now = self.batch
         curvature = np.einsum("bd,bd->b", moved, change)
         norm = np.einsum("bd,bd->b", change, change)
         use = which & (curvature > 1e-8 * norm) & (norm > 1e-100) & np.isfinite(norm)
-        first = use & self.fresh
+        first = use & now.fresh
         if first.any():
-            self.inverse[first] *= (curvature[first] / norm[first])[:, None, None]
-            self.fresh &= ~first
+            now.inverse[first] *= (curvature[first] / norm[first])[:, None, None]
+            now.fresh &= ~first
         inverse_curvature = np.where(use, 1.0 / np.where(use, curvature, 1.0), 0.0)
-        bent = (self.inverse @ change[:, :, None])[:, :, 0]
+        bent = (now.inverse @ change[:, :, None])[:, :, 0]
         factor = (1.0 + np.einsum("bd,bd->b", change, bent) * inverse_curvature) / 2.0
         left = (factor[:, None] * moved - bent) * inverse_curvature[:, None]
         outer = left[:, :, None] * moved[:, None, :]
-        self.inverse += outer
-        self.inverse += outer.transpose(0, 2, 1)
+        now.inverse += outer
+        now.inverse += outer.transpose(0, 2, 1)
 
     def _aim(self, which: BoolArray) -> None:
         """New search directions, in the subspace of the variables that are free to move."""
+        now = self.batch
         free = ~(
-            ((self.x <= self.lower) & (self.gradient > 0.0))
-            | ((self.x >= self.upper) & (self.gradient < 0.0))
+            ((now.x <= self.lower) & (now.gradient > 0.0))
+            | ((now.x >= self.upper) & (now.gradient < 0.0))
         )
-        reduced = np.where(free, self.gradient, 0.0)
-        direction = -np.where(free, (self.inverse @ reduced[:, :, None])[:, :, 0], 0.0)
+        reduced = np.where(free, now.gradient, 0.0)
+        direction = -np.where(free, (now.inverse @ reduced[:, :, None])[:, :, 0], 0.0)
         longest = np.abs(direction).max(axis=1)
-        limit = np.where(self.fresh, 0.2 * self.reach, self.reach)
-        scale = np.where(self.fresh | (longest > limit), limit / np.maximum(longest, 1e-300), 1.0)
+        limit = np.where(now.fresh, 0.2 * _REACH, _REACH)
+        scale = np.where(now.fresh | (longest > limit), limit / np.maximum(longest, 1e-300), 1.0)
         direction = direction * np.minimum(scale, 1e6)[:, None]
-        self.direction = np.where(which[:, None], direction, self.direction)
+        now.direction = np.where(which[:, None], direction, now.direction)
+
+
+def _merit(step: Step, multipliers: Array, penalty: Array) -> tuple[Array, Array]:
+    """(B,) augmented Lagrangian and its gradient (B, D)."""
+    shifted = np.maximum(0.0, multipliers - penalty * step.margins)
+    terms = ((shifted**2 - multipliers**2) / (2.0 * penalty)).sum(axis=1)
+    return step.value + terms, step.pull(shifted)
