@@ -11,13 +11,17 @@ import pytest
 from elastocal.design import approximate
 from elastocal.design.approximate import interior_point, optimal_weights
 from elastocal.design.continuous import ContinuousDesign, continuous_design
-from elastocal.design.exact import Effort, Plans, exact_design, refine, values
+from elastocal.design.exact import Effort, Goal, Plans, exact_design, refine
 from elastocal.design.matrix_means import MatrixMean
 from tests.design.polynomial import polynomial
 from tests.design.test_oracle import CORNER, Polygon
 from tests.design.test_textbook import SMOOTH, TEXTBOOK
 
 D = MatrixMean(0.0, "D")
+
+
+def goal(degree: int) -> Goal:
+    return Goal(polynomial(degree), D, np.zeros((degree + 1, degree + 1)))
 
 
 def counted(monkeypatch: pytest.MonkeyPatch, name: str) -> list[int]:
@@ -74,14 +78,15 @@ def test_plans_of_the_same_value_count_as_one_if_asked() -> None:
 
 def test_plans_are_valued_and_refined_by_hand() -> None:
     """Rows are the points: det of 2 x xᵀ + y yᵀ is 2 (x × y)², largest at opposite corners."""
-    space, base = Polygon(CORNER), np.zeros((2, 2))
+    space = Polygon(CORNER)
+    worth = Goal(space, D, np.zeros((2, 2)))
     x = np.array([[[0.3, 0.2], [-0.2, 0.1]], [[0.3, 0.2], [0.6, 0.1]]])
     counts = np.array([[2, 1], [2, 1]])
-    found = values(space, D, base, x, counts)
+    found = worth.values(x, counts)
     cross = 0.3 * 0.1 + 0.2 * 0.2
     np.testing.assert_allclose(found, [np.sqrt(2.0 * cross**2), 0.0], atol=1e-15)
     low = np.array([[[0.3, -0.6], [-0.5, -0.6]]])
-    refined = refine(space, D, base, Plans(low, counts[:1]), stages=((200, 1),))
+    refined = refine(worth, Plans(low, counts[:1]), stages=((200, 1),))
     assert refined.counts.tolist() == [[2, 1]]
     np.testing.assert_allclose(refined.x[0], [[0.5, -1.0], [-1.0, -1.0]], atol=1e-4)
     assert refined.value[0] == pytest.approx(np.sqrt(2.0) * 1.5, rel=1e-4)
@@ -100,7 +105,7 @@ def test_the_search_stops_where_nothing_is_left_to_gain(
     """Weights of a third each: three and six experiments attain the bound, seven do not."""
     told: list[float] = []
     found = exact_design(
-        polynomial(2), D, count, 3, np.random.default_rng(0), continuous=quadratic,
+        goal(2), count, 3, np.random.default_rng(0), continuous=quadratic,
         effort=Effort(batch=32, islands=2), progress=lambda what, share: told.append(share),
     )  # fmt: skip
     assert found.counts.sum() == count
@@ -116,7 +121,7 @@ def test_the_search_stops_where_nothing_is_left_to_gain(
 def test_progress_never_falls_and_stays_below_one(quadratic: ContinuousDesign) -> None:
     told: list[float] = []
     exact_design(
-        polynomial(2), D, 7, 3, np.random.default_rng(1), continuous=quadratic,
+        goal(2), 7, 3, np.random.default_rng(1), continuous=quadratic,
         effort=Effort(batch=8, generations=4, patience=9, islands=3),
         progress=lambda what, share: told.append(share),
     )  # fmt: skip
@@ -128,7 +133,7 @@ def test_progress_never_falls_and_stays_below_one(quadratic: ContinuousDesign) -
 def test_one_experiment_needs_no_repeats() -> None:
     """All points distinct and no continuous design: afresh, from random plans alone."""
     found = exact_design(
-        polynomial(1), D, 2, 2, np.random.default_rng(0), effort=Effort(batch=16, generations=3)
+        goal(1), 2, 2, np.random.default_rng(0), effort=Effort(batch=16, generations=3)
     )
     assert sorted(found.x[:, 0].tolist()) == [pytest.approx(-1.0), pytest.approx(1.0)]
     assert found.counts.tolist() == [1, 1]

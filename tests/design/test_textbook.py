@@ -9,7 +9,7 @@ import pytest
 
 from elastocal.design.continuous import ContinuousDesign, continuous_design
 from elastocal.design.criterion import InformationFunction
-from elastocal.design.exact import exact_design
+from elastocal.design.exact import Goal, exact_design
 from elastocal.design.matrix_means import MatrixMean
 from elastocal.design.test_pose import TestPosePrecision
 from tests.design.polynomial import Regression, polynomial, spring_balance
@@ -154,8 +154,7 @@ def test_exact_designs_where_the_weights_divide(
     """Where weights times m are integers the exact optimum is the continuous one."""
     book = TEXTBOOK[name]
     found = exact_design(
-        book.space,
-        book.criterion,
+        Goal(book.space, book.criterion, np.zeros((book.space.parameters,) * 2)),
         count,
         min(count, 5),
         np.random.default_rng(0),

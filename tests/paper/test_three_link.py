@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from elastocal.design.continuous import ContinuousDesign, continuous_design
-from elastocal.design.exact import exact_design
+from elastocal.design.exact import Goal, exact_design
 from elastocal.planning.certificate import Bound, lower_bound
 from elastocal.planning.plan import plan
 from elastocal.study.criteria import mean_test_pose
@@ -45,9 +45,8 @@ def test_continuous_bound_with_a_free_force(free: Bound) -> None:
 @pytest.mark.parametrize("m", BEST)
 def test_plans_with_the_force_in_a_plane(m: int, planar: ContinuousDesign) -> None:
     criterion = mean_test_pose(three_link_study(1))
-    found = exact_design(
-        PlanarForceSpace(), criterion, m, min(m, 4), np.random.default_rng(0), continuous=planar
-    )
+    goal = Goal(PlanarForceSpace(), criterion, np.zeros((3, 3)))
+    found = exact_design(goal, m, min(m, 4), np.random.default_rng(0), continuous=planar)
     assert 1.0 / found.value == pytest.approx(BEST[m], abs=1e-6)
     assert found.counts.sum() == m
     assert m / found.value > CONTINUOUS

@@ -56,8 +56,10 @@ class DualBound:
         return self.offset + self.largest
 
 
-_ENOUGH = 12  # fresh starts that should reach the highest summit ...
-_MOST = 8  # ... before this many times as many have been tried
+# Bounds confirmed by the starts of the search alone are often false.
+_FRESH = 600  # fresh random starts that must fail to refute the bound; more are made if too few ...
+_ENOUGH = 12  # ... reach the highest summit,
+_MOST = 8  # up to so many times as many
 _NEAR = 30  # highest summits whose neighbourhood is searched again ...
 _STIR = 0.03  # ... from points this share of the ranges away
 
@@ -69,8 +71,6 @@ def dual_bound(
     base: Array,
     known: Array,
     rng: np.random.Generator,
-    *,
-    fresh: int = 600,
 ) -> DualBound:
     """Bound from the gradient of `criterion` at `total`.
 
@@ -81,11 +81,10 @@ def dual_bound(
         base: (p, p) information there is anyway, per unit of weight.
         known: (K, d) points worth starting from.
         rng: Source of the fresh starts.
-        fresh: Number of fresh random starts; more are made if few of them reach the maximum.
     """
     gradient = criterion.gradient(total[None])[0]
     found, s, fresh_found = np.zeros((0, known.shape[1])), np.zeros(0), np.zeros(0, dtype=bool)
-    starts, batch = 0, fresh
+    starts, batch = 0, _FRESH
     while True:
         begin = np.concatenate([known, space.sample(batch, rng)])
         more, s_more, origin = climb(space, begin, gradient, _patient(len(begin)))
@@ -95,7 +94,7 @@ def dual_bound(
         starts += batch
         attained = int((s[fresh_found] > s.max() * (1.0 - 1e-4)).sum())
         # A summit that few starts reach may not be the highest: look on.
-        if attained >= _ENOUGH or starts >= _MOST * fresh:
+        if attained >= _ENOUGH or starts >= _MOST * _FRESH:
             break
         batch = starts
     # A higher summit may stand beside the highest one found, cut off by a constraint.

@@ -35,7 +35,7 @@ class ContinuousDesign:
         total: (p, p) information per unit of weight, base included.
         certificate: What it proves for every other design.
         gap: Bound over value, less 1. Large where the optimum is singular, so that the search
-            gives up: use `worst.floored` then.
+            gives up: use `minimax.floored` then.
     """
 
     x: Array
@@ -46,6 +46,16 @@ class ContinuousDesign:
     gap: float
 
 
+TOLERANCE = 5e-6
+"""Relative gap between value and bound at which the search stops."""
+_CANDIDATES = 2000  # random feasible points to begin with
+_STARTS = 30  # ascents per round
+_ROUNDS = 60  # most rounds; the gap is what it is after that
+_ITERATIONS = (30, 50, 80, 150)  # of the ascents, round by round
+_HOPELESS = 1e3  # gap beyond which the optimum is singular
+_PATIENCE = 15  # rounds without a smaller gap after which to give up
+
+
 def continuous_design(
     space: DesignSpace,
     criterion: InformationFunction,
@@ -54,11 +64,6 @@ def continuous_design(
     certified: InformationFunction | None = None,
     base: Array | None = None,
     known: Array | None = None,
-    candidates: int = 2000,
-    starts: int = 30,
-    fresh: int = 600,
-    tolerance: float = 5e-6,
-    rounds: int = 60,
     progress: Progress | None = None,
 ) -> ContinuousDesign:
     """Best continuous design and an upper bound for every design of unit weight.
@@ -70,17 +75,11 @@ def continuous_design(
         certified: Criterion to bound, if not `criterion` itself.
         base: (p, p) information there is anyway, per unit of weight.
         known: (K, d) feasible points worth having among the candidates.
-        candidates: Random feasible points to begin with.
-        starts: Ascents per round.
-        fresh: Random starts that must fail to refute the bound before it is issued: bounds
-            confirmed by the working starts alone are often false.
-        tolerance: Relative gap between value and bound at which to stop.
-        rounds: Most rounds; the gap is what it is after that.
         progress: Told the gap as it closes.
     """
     base = np.zeros((space.parameters,) * 2) if base is None else base
     smooth = criterion.smooth
-    pool = space.sample(candidates, rng)
+    pool = space.sample(_CANDIDATES, rng)
     if known is not None:
         pool = np.concatenate([known, pool])
     pool_informations = information(space.evaluate(pool).blocks)
@@ -90,19 +89,19 @@ def continuous_design(
     informations = pool_informations[chosen.support]
     bound: DualBound | None = None
     gaps: list[float] = []
-    for count in range(rounds):
+    for count in range(_ROUNDS):
         total = base + np.einsum("i,ijk->jk", weights, informations)
         if rank_of(total, tolerance=NEARLY_SINGULAR) < space.parameters:
             break
         gradient = smooth.gradient(total[None])[0]
         level = float(np.einsum("i,ijk,jk->", weights, informations, gradient))
         order = np.argsort(-(flat_pool @ gradient.ravel()))
-        begin = np.concatenate([x, pool[order[:starts]]])
+        begin = np.concatenate([x, pool[order[:_STARTS]]])
         stages = ((_ITERATIONS[min(count, 3)], len(begin)),)
         found, s, _ = climb(space, begin, gradient, stages)
-        if s.max() <= level * (1.0 + tolerance):
-            bound = dual_bound(space, smooth, total, base, found, rng, fresh=fresh)
-            if bound.largest <= level * (1.0 + tolerance):
+        if s.max() <= level * (1.0 + TOLERANCE):
+            bound = dual_bound(space, smooth, total, base, found, rng)
+            if bound.largest <= level * (1.0 + TOLERANCE):
                 break
             found = np.concatenate([found, bound.x_found])
             s = np.concatenate([s, bound.s_found])
@@ -111,11 +110,11 @@ def continuous_design(
         bound = None
         if gap > _HOPELESS or min(gaps[:-_PATIENCE], default=np.inf) <= min(gaps[-_PATIENCE:]):
             break
-        new = _distinct(space, found, s, level * (1.0 + 0.2 * tolerance), 2 * starts, gradient)
+        new = _distinct(space, found, s, level * (1.0 + 0.2 * TOLERANCE), 2 * _STARTS, gradient)
         x = np.concatenate([x, new])
         informations = information(space.evaluate(x).blocks)
         chosen = optimal_weights(
-            smooth, informations, base, start=np.arange(len(x)), tolerance=0.1 * tolerance
+            smooth, informations, base, start=np.arange(len(x)), tolerance=0.1 * TOLERANCE
         )
         x, weights = x[chosen.support], chosen.weights
         informations = informations[chosen.support]
@@ -124,15 +123,10 @@ def continuous_design(
     target = certified or criterion
     total = base + np.einsum("i,ijk->jk", weights, informations)
     if bound is None or target is not smooth:
-        bound = dual_bound(space, target, total, base, x, rng, fresh=fresh)
+        bound = dual_bound(space, target, total, base, x, rng)
     value = float(target.value(total[None])[0])
     gap = bound.upper / value - 1.0 if value > 0.0 else np.inf
     return ContinuousDesign(x, weights, informations, total, bound, gap)
-
-
-_ITERATIONS = (30, 50, 80, 150)
-_HOPELESS = 1e3  # gap beyond which the optimum is singular
-_PATIENCE = 15  # rounds without a smaller gap after which to give up
 
 
 def _distinct(

@@ -9,7 +9,7 @@ of elite plans finds the best known plans most often; for large m rounding does.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import reduce
 
 import numpy as np
@@ -59,6 +59,30 @@ class Effort:
     stages: tuple[tuple[int, float], ...] = ((30, 0.33), (40, 0.4), (60, 1.0))
 
 
+@dataclass(frozen=True)
+class Goal:
+    """What plans are worth.
+
+    Attributes:
+        space: Where experiments can be chosen from.
+        criterion: What to maximise.
+        base: (p, p) information there is anyway.
+    """
+
+    space: DesignSpace
+    criterion: Criterion
+    base: Array
+
+    def values(self, x: Array, counts: IntArray) -> Array:
+        """(B,) criterion of plans (B, s, d) with repeats (B, s); 0 where infeasible."""
+        batch, s, d = x.shape
+        evaluation = self.space.evaluate(x.reshape(-1, d))
+        each = information(evaluation.blocks).reshape(batch, s, self.space.parameters, -1)
+        total = self.base + np.einsum("bs,bsij->bij", counts, each)
+        feasible = (evaluation.margins >= -1e-8).reshape(batch, -1).all(axis=1)
+        return np.where(feasible, self.criterion.value(total), 0.0)
+
+
 class Plans:
     """A batch of candidate plans: points (B, s, d), counts (B, s), values (B,)."""
 
@@ -91,16 +115,9 @@ class Plans:
         return self.take(order[:count])
 
 
-def refine(
-    space: DesignSpace,
-    criterion: Criterion,
-    base: Array,
-    plans: Plans,
-    *,
-    stages: Stages,
-    tolerance: float = 1e-10,
-) -> Plans:
+def refine(goal: Goal, plans: Plans, *, stages: Stages, tolerance: float = 1e-10) -> Plans:
     """Move the points of plans to local optima under the constraints; keep the best plans."""
+    space = goal.space
     batch, s, d = plans.x.shape
 
     def problem(flat: Array, which: IntArray) -> Step:
@@ -109,8 +126,8 @@ def refine(
         blocks = evaluation.blocks.reshape(len(which), -1, space.parameters)
         rows = evaluation.blocks.shape[1]
         repeats = np.repeat(counts, rows, axis=1)[:, :, None].astype(float)
-        total = base + blocks.transpose(0, 2, 1) @ (blocks * repeats)
-        value, slope = criterion.both(total)
+        total = goal.base + blocks.transpose(0, 2, 1) @ (blocks * repeats)
+        value, slope = goal.criterion.both(total)
         regular = value > _TINY
         value = np.where(regular, value, _TINY)
         gradient = slope * np.where(regular, -2.0 / value, 0.0)[:, None, None]
@@ -135,29 +152,15 @@ def refine(
     broken = np.asarray((space.evaluate(x).margins < -1e-8).any(axis=1))
     x = np.where(broken[:, None], plans.x[found.origin].reshape(-1, d), x).reshape(-1, s, d)
     counts = plans.counts[found.origin]
-    return Plans(x, counts, values(space, criterion, base, x, counts))
-
-
-def values(
-    space: DesignSpace, criterion: Criterion, base: Array, x: Array, counts: IntArray
-) -> Array:
-    """(B,) criterion of plans (B, s, d) with repeats (B, s); 0 where infeasible."""
-    batch, s, d = x.shape
-    evaluation = space.evaluate(x.reshape(-1, d))
-    each = information(evaluation.blocks).reshape(batch, s, space.parameters, -1)
-    total = base + np.einsum("bs,bsij->bij", counts, each)
-    feasible = (evaluation.margins >= -1e-8).reshape(batch, -1).all(axis=1)
-    return np.where(feasible, criterion.value(total), 0.0)
+    return Plans(x, counts, goal.values(x, counts))
 
 
 def exact_design(
-    space: DesignSpace,
-    criterion: Criterion,
+    goal: Goal,
     count: int,
     distinct: int,
     rng: np.random.Generator,
     *,
-    base: Array | None = None,
     continuous: ContinuousDesign | None = None,
     effort: Effort | None = None,
     progress: Callable[[str, float], None] | None = None,
@@ -165,25 +168,22 @@ def exact_design(
     """A plan of `count` experiments at no more than `distinct` points.
 
     Args:
-        space: Where experiments can be chosen from.
-        criterion: What to maximise.
+        goal: What plans are worth.
         count: Number of experiments m.
         distinct: Most distinct points s ≤ m.
         rng: Source of all randomness.
-        base: (p, p) information there is anyway.
         continuous: Best continuous design, to round and to know when to stop.
         effort: How long to search.
         progress: Told the share that is done.
     """
     if effort is None:
         # Rounding the continuous design does most of the work where there is room for its support.
-        easy = continuous is not None and distinct > space.parameters
+        easy = continuous is not None and distinct > goal.space.parameters
         effort = Effort(islands=1) if easy else Effort()
-    base = np.zeros((space.parameters,) * 2) if base is None else base
-    wanted = criterion
-    if isinstance(criterion, InformationFunction):
-        criterion = criterion.smooth  # kinks stop a quasi-Newton method
-    breeder = _Breeder(space, criterion, count, distinct, rng, base, continuous)
+    smooth = goal
+    if isinstance(goal.criterion, InformationFunction):  # kinks stop a quasi-Newton method
+        smooth = replace(goal, criterion=goal.criterion.smooth)
+    breeder = _Breeder(smooth, count, distinct, rng, continuous)
     elites = []
     for island in range(effort.islands):
         share = island / effort.islands
@@ -192,14 +192,14 @@ def exact_design(
             break
     elite = reduce(Plans.join, elites).best(_ELITE, apart=_APART)
     polished = elite.best(6)
-    final = refine(space, criterion, base, polished, stages=((300, 6),), tolerance=1e-13)
+    final = refine(smooth, polished, stages=((300, 6),), tolerance=1e-13)
     last = elite.join(final)
     if not last.value.max() > 0.0:
         raise InfeasibleError(
             f"no feasible plan of {count} experiments at {distinct} points was found; "
             "the constraints may leave too little room"
         )
-    last.value = values(space, wanted, base, last.x, last.counts)
+    last.value = goal.values(last.x, last.counts)
     return _tidy(last.best(1))
 
 
@@ -235,16 +235,14 @@ class _Breeder:
 
     def __init__(
         self,
-        space: DesignSpace,
-        criterion: Criterion,
+        goal: Goal,
         count: int,
         distinct: int,
         rng: np.random.Generator,
-        base: Array,
         continuous: ContinuousDesign | None,
     ) -> None:
-        self.space, self.criterion, self.rng, self.base = space, criterion, rng, base
-        self.count, self.distinct, self.continuous = count, distinct, continuous
+        self.goal, self.rng, self.count, self.distinct = goal, rng, count, distinct
+        self.continuous, space = continuous, goal.space
         self.pool = space.sample(2000, rng)
         self.random = len(self.pool)
         if continuous is not None:
@@ -252,7 +250,7 @@ class _Breeder:
         self.informations = information(space.evaluate(self.pool).blocks)
         self.rounding = (
             continuous is not None
-            and isinstance(criterion, InformationFunction)
+            and isinstance(goal.criterion, InformationFunction)
             and (count > distinct or distinct > space.parameters)
         )
 
@@ -273,7 +271,7 @@ class _Breeder:
         for evaluations, share in effort.stages:
             left = max(4, int(share * left))
             stages.append((evaluations, left))
-        refined = refine(self.space, self.criterion, self.base, plans, stages=stages)
+        refined = refine(self.goal, plans, stages=stages)
         return refined.best(_ELITE, apart=_APART)
 
     def cannot_improve(self, value: float) -> bool:
@@ -290,8 +288,9 @@ class _Breeder:
         counts = self._random_counts(batch * tries).reshape(size)
         value = np.concatenate(
             [
-                self.criterion.value(
-                    self.base + np.einsum("ts,tsij->tij", counts[b], self.informations[index[b]])
+                self.goal.criterion.value(
+                    self.goal.base
+                    + np.einsum("ts,tsij->tij", counts[b], self.informations[index[b]])
                 )
                 for b in range(batch)
             ]
@@ -303,17 +302,17 @@ class _Breeder:
     def rounded(self, batch: int) -> Plans:
         """Random small parts of the support with their best weights, apportioned."""
         assert self.continuous is not None
-        assert isinstance(self.criterion, InformationFunction)
+        assert isinstance(self.goal.criterion, InformationFunction)
         design = self.continuous
         x = np.empty((batch, self.distinct, design.x.shape[1]))
         counts = np.zeros((batch, self.distinct), dtype=np.int64)
+        size = min(self.distinct, len(design.x))
+        chance = design.weights + 1e-9
+        chance /= chance.sum()
         for b in range(batch):
-            size = min(self.distinct, len(design.x))
-            part = self.rng.choice(
-                len(design.x), size, replace=False, p=(w := design.weights + 1e-9) / w.sum()
-            )
+            part = self.rng.choice(len(design.x), size, replace=False, p=chance)
             weights = interior_point(
-                self.criterion, design.informations[part], self.base / self.count, 1e-3
+                self.goal.criterion, design.informations[part], self.goal.base / self.count, 1e-3
             )
             counts[b, :size] = apportion(weights, self.count)
             x[b] = design.x[part[np.arange(self.distinct) % size]]
@@ -323,7 +322,7 @@ class _Breeder:
         """Elite plans with one point replaced, or a repeat moved to another point."""
         parents = self.rng.integers(0, len(elite), batch)
         x, counts = elite.x[parents].copy(), elite.counts[parents].copy()
-        each = information(self.space.evaluate(x.reshape(-1, x.shape[2])).blocks)
+        each = information(self.goal.space.evaluate(x.reshape(-1, x.shape[2])).blocks)
         each = each.reshape(*x.shape[:2], *each.shape[1:])
         for b in range(batch):
             used = np.flatnonzero(counts[b])
@@ -335,10 +334,10 @@ class _Breeder:
                 counts[b, target] += 1
             else:
                 out = self.rng.choice(used)
-                rest = self.base + np.einsum("s,sij->ij", counts[b], each[b])
+                rest = self.goal.base + np.einsum("s,sij->ij", counts[b], each[b])
                 rest = rest - counts[b, out] * each[b, out]
                 tries = self._newcomers()
-                value = self.criterion.value(rest + counts[b, out] * self.informations[tries])
+                value = self.goal.criterion.value(rest + counts[b, out] * self.informations[tries])
                 x[b, out] = self.pool[tries[np.argmax(value)]]
         return Plans(x, counts)
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.arrays import Array, frozen
-from elastocal.design.continuous import ContinuousDesign, continuous_design
+from elastocal.design.continuous import TOLERANCE, ContinuousDesign, continuous_design
 from elastocal.design.criterion import Criterion, InformationFunction
 from elastocal.design.minimax import floored
 from elastocal.design.oracle import climb
@@ -151,7 +151,7 @@ def confirmed(study: Study, bound: Bound, x: Array, rng: np.random.Generator) ->
             return bound
         dual = bound.design.certificate
         found, s, _ = climb(study.space, x, dual.gradient, ((150, len(x)),))
-        if s.max() <= dual.largest * (1.0 + 5e-6):
+        if s.max() <= dual.largest * (1.0 + TOLERANCE):
             break
         bound = lower_bound(study, rng, known=found[s > 0.0])
     return bound

@@ -13,7 +13,7 @@ import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
 from elastocal.constraints import Constraint, Distinct
-from elastocal.design.exact import Effort, exact_design
+from elastocal.design.exact import Effort, Goal, exact_design
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InfeasibleError
 from elastocal.motion.margins import motions_free
@@ -156,13 +156,12 @@ def _searched(
     distinct = min(study.experiments.max_configurations or m, m, _enough(len(study.springs)))
     avoid: tuple[Constraint, ...] = ()
     while True:
+        reachable = replace(space, constraints=(*space.constraints, *avoid))
         design = exact_design(
-            replace(space, constraints=(*space.constraints, *avoid)),
-            bound.target,
+            Goal(reachable, bound.target, study.prior),
             m,
             distinct,
             rng,
-            base=study.prior,
             continuous=bound.design,
             effort=effort,
             progress=lambda what, share: tell(what, 0.4 + 0.6 * share),
