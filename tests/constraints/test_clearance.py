@@ -59,7 +59,7 @@ def test_distances_are_those_of_pinocchio_and_coal() -> None:
         expected = np.array([oracle.obstacle(one, name) for one in q])
         assert cell[name].room(posture) == pytest.approx(expected - 0.02, abs=2e-6)
         touching += int((expected < 0.0).sum())
-    left = {frozenset((x.first, x.second)) for x in cell["itself"].left_out}
+    left = {frozenset((x.first, x.second)) for x in cell["itself"].unwatched}
     # Joints at one place: the link before covers them, here all are watched.
     left |= {frozenset(p) for p in (("A4", "A6"), ("A5", "A6"), ("A6", "tool"), ("A5", "tool"))}
     expected = np.array([oracle.itself(one, left) for one in q])
@@ -76,7 +76,7 @@ def test_the_search_sees_the_same_where_it_matters() -> None:
 
 
 def test_what_always_touches_is_left_out_and_listed() -> None:
-    left = watched([])["itself"].left_out
+    left = watched([])["itself"].unwatched
     told = {(x.first, x.second): x.why for x in left}
     assert told[("A1", "A2")] == "neighbours"
     assert told[("A2", "A4")] == "always-touch"
@@ -87,9 +87,9 @@ def test_what_the_robot_stands_on_is_left_out_and_a_wall_in_its_way_is_not() -> 
     floor = Shape("box", np.array([6.0, 6.0, 0.1]), transform(None, (0, 0, -0.05)), 0, "floor")
     room = Shape("box", np.full(3, 9.0), transform(None, (2.7, 3.1, -3.0)), 0, "rock")
     cell = watched([floor, room])
-    assert [(x.first, x.why) for x in cell["floor"].left_out] == [("A1", "stands-on-it")]
+    assert [(x.first, x.why) for x in cell["floor"].unwatched] == [("A1", "stands-on-it")]
     assert len(cell["rock"].pairs) == 5
-    assert not cell["rock"].left_out
+    assert not cell["rock"].unwatched
 
 
 def test_ignored_pairs_are_not_watched() -> None:
@@ -98,7 +98,7 @@ def test_ignored_pairs_are_not_watched() -> None:
     names = [cell["table"].pair_name(i) for i in range(len(cell["table"].pairs))]
     assert "A4 from table" not in names
     assert "A3 from table" in names
-    assert "ignored" in {x.why for x in cell["itself"].left_out}
+    assert "ignored" in {x.why for x in cell["itself"].unwatched}
 
 
 def test_names_say_which_pair_is_nearest() -> None:
@@ -242,7 +242,7 @@ def test_links_that_are_always_nearer_than_the_margin_are_left_out() -> None:
         for body, h in ((1, 0.0), (3, 0.03))
     )
     robot = Robot("turntables", joints, collisions=plates)
-    (left,) = watched([], robot=robot)["itself"].left_out[:1]
+    (left,) = watched([], robot=robot)["itself"].unwatched[:1]
     assert (left.first, left.second) == ("plate 1", "plate 3")
     assert left.why == "always-near"
     assert len(watched([], CollisionRules(margin=0.005), robot)["itself"].pairs)

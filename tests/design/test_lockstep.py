@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from elastocal.design.lockstep import Minimum, Problem, Step, minimise
+from elastocal.design.lockstep import Minimum, Problem, Trial, minimise
 
 Objective = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 """x (B, D) -> values (B,), gradients (B, D)."""
@@ -21,10 +21,10 @@ def unconstrained(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def problem(objective: Objective, constraints: Constraints = unconstrained) -> Problem:
-    def step(x: np.ndarray, _: np.ndarray) -> Step:
+    def step(x: np.ndarray, _: np.ndarray) -> Trial:
         value, gradient = objective(x)
         margins, slopes = constraints(x)
-        return Step(value, margins, lambda w: gradient - np.einsum("bc,bcd->bd", w, slopes))
+        return Trial(value, margins, lambda w: gradient - np.einsum("bc,bcd->bd", w, slopes))
 
     return step
 
@@ -167,10 +167,10 @@ def test_problems_of_a_batch_do_not_touch_each_other() -> None:
 def squares(targets: np.ndarray, asked: list[int]) -> Problem:
     """Squared distance of each problem to its own target; notes how many were asked for."""
 
-    def step(x: np.ndarray, which: np.ndarray) -> Step:
+    def step(x: np.ndarray, which: np.ndarray) -> Trial:
         asked.append(len(which))
         difference = x - targets[which]
-        return Step((difference**2).sum(axis=1), np.zeros((len(x), 0)), lambda w: 2.0 * difference)
+        return Trial((difference**2).sum(axis=1), np.zeros((len(x), 0)), lambda w: 2.0 * difference)
 
     return step
 
@@ -197,9 +197,9 @@ def test_a_stage_keeps_the_best_problems_and_says_which() -> None:
     """Offsets make some problems better than others, wherever they are started."""
     offset = np.array([5.0, 0.0, 3.0, 1.0, 4.0])
 
-    def step(x: np.ndarray, which: np.ndarray) -> Step:
+    def step(x: np.ndarray, which: np.ndarray) -> Trial:
         value = (x**2).sum(axis=1) + offset[which]
-        return Step(value, np.zeros((len(x), 0)), lambda w: 2.0 * x)
+        return Trial(value, np.zeros((len(x), 0)), lambda w: 2.0 * x)
 
     starts = np.random.default_rng(2).uniform(-1.0, 1.0, (5, 2))
     lower, upper = np.full(2, -9.0), np.full(2, 9.0)
@@ -219,11 +219,11 @@ def test_no_evaluations_return_the_starts() -> None:
 def test_infinite_values_shorten_the_step_and_nothing_else() -> None:
     """A criterion of a singular plan is worth -log 0: the line search has to walk around it."""
 
-    def step(x: np.ndarray, _: np.ndarray) -> Step:
+    def step(x: np.ndarray, _: np.ndarray) -> Trial:
         with np.errstate(divide="ignore", invalid="ignore"):
             value = np.where(x[:, 0] > 0.0, x[:, 0] - np.log(np.maximum(x[:, 0], 0.0)), np.inf)
             slope = np.where(x > 0.0, 1.0 - 1.0 / np.where(x > 0.0, x, 1.0), 0.0)
-        return Step(value, np.zeros((len(x), 0)), lambda w: slope)
+        return Trial(value, np.zeros((len(x), 0)), lambda w: slope)
 
     starts = np.array([[4.0], [0.05], [0.9]])
     found = minimise(step, starts, np.array([-5.0]), np.array([5.0]), stages=((80, 3),))

@@ -11,7 +11,7 @@ import pytest
 from elastocal.arrays import Array
 from elastocal.drawing.shape_solids import solid_of
 from elastocal.drawing.skeleton import skeletons
-from elastocal.drawing.solids import Solid
+from elastocal.drawing.solids import Mesh
 from elastocal.robot.posture import Posture
 from elastocal.robot.shapes import Shape
 from elastocal.robot.sources import from_urdf, kuka_kr270
@@ -33,7 +33,7 @@ from tests.robot.sources.oracle import zoo
 from tests.viewer.examples import example, kr270, tracked
 
 
-def volume(solid: Solid) -> float:
+def volume(solid: Mesh) -> float:
     """Signed volume: positive if every triangle looks outwards."""
     a, b, c = (solid.vertices[solid.triangles[:, k]] for k in range(3))
     return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0)

@@ -78,14 +78,16 @@ def clearances(
                 rules.margin,
                 motion_margin=rules.motion_margin,
                 obstacle=shape,
-                left_out=left,
+                unwatched=left,
             )
         )
     if rules.itself:
         also = _outside_the_wrist(robot, tool, links, rules.margin)
         pairs, left = self_pairs(robot, limits, solids, rules.ignore, also, rules.margin)
         found.append(
-            Clearance(ITSELF, pairs, rules.margin, motion_margin=rules.motion_margin, left_out=left)
+            Clearance(
+                ITSELF, pairs, rules.margin, motion_margin=rules.motion_margin, unwatched=left
+            )
         )
     return tuple(found)
 

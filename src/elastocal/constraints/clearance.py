@@ -6,8 +6,8 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.constraints.base import Constraint, Pull
-from elastocal.constraints.collision.contacts import LeftOut
-from elastocal.constraints.collision.distance import Nearest, Pairs, nearest
+from elastocal.constraints.collision.contacts import Unwatched
+from elastocal.constraints.collision.distance import NearestPairs, Pairs, nearest
 from elastocal.robot.posture import Posture
 from elastocal.robot.shapes import Shape
 
@@ -33,7 +33,7 @@ class Clearance(Constraint):
         *,
         motion_margin: float | None = None,
         obstacle: Shape | None = None,
-        left_out: tuple[LeftOut, ...] = (),
+        unwatched: tuple[Unwatched, ...] = (),
     ) -> None:
         """Watch some pairs of solids.
 
@@ -44,12 +44,12 @@ class Clearance(Constraint):
             motion_margin: Distance to keep while moving between them [m]; half of `margin` if
                 not given, so that a pose at its margin can be left in any direction.
             obstacle: The obstacle in the base frame; None for the robot itself.
-            left_out: What is not watched, and why.
+            unwatched: What is not watched, and why.
         """
         self.what, self.unit = name, "m"
         self.pairs, self.keep = pairs, margin
         self.keep_moving = margin / 2.0 if motion_margin is None else motion_margin
-        self.obstacle, self.left_out = obstacle, left_out
+        self.obstacle, self.unwatched = obstacle, unwatched
         self.name = f"clearance from {name} >= {1e3 * margin:g} mm"
 
     def at(self, posture: Posture) -> tuple[Array, Pull]:
@@ -75,7 +75,7 @@ class Clearance(Constraint):
         first, second = self.pairs.of(pair)
         return f"{first.name} from {second.name}"
 
-    def _gradient(self, posture: Posture, found: Nearest, weights: Array) -> Array:
+    def _gradient(self, posture: Posture, found: NearestPairs, weights: Array) -> Array:
         """(n, N) Σ over both bodies of normal · velocity of the nearest point, times weights.
 
         The points are held fixed to their bodies: that they slide along the surfaces changes the

@@ -18,7 +18,7 @@ from elastocal.arrays import Array, IntArray
 from elastocal.design.approximate import interior_point
 from elastocal.design.continuous import ContinuousDesign
 from elastocal.design.criterion import Criterion, InformationFunction
-from elastocal.design.lockstep import Stages, Step, minimise
+from elastocal.design.lockstep import Stages, Trial, minimise
 from elastocal.design.oracle import restore
 from elastocal.design.rounding import apportion
 from elastocal.design.space import DesignSpace, information
@@ -120,7 +120,7 @@ def refine(goal: Goal, plans: Plans, *, stages: Stages, tolerance: float = 1e-10
     space = goal.space
     batch, s, d = plans.x.shape
 
-    def problem(flat: Array, which: IntArray) -> Step:
+    def problem(flat: Array, which: IntArray) -> Trial:
         counts = plans.counts[which]
         evaluation = space.evaluate(flat.reshape(-1, d))
         blocks = evaluation.blocks.reshape(len(which), -1, space.parameters)
@@ -138,7 +138,7 @@ def refine(goal: Goal, plans: Plans, *, stages: Stages, tolerance: float = 1e-10
             shaped = -weights.reshape(evaluation.margins.shape)
             return evaluation.pull(cotangent, shaped).reshape(len(which), -1)
 
-        return Step(-np.log(value), margins, pull)
+        return Trial(-np.log(value), margins, pull)
 
     found = minimise(
         problem,

@@ -24,7 +24,7 @@ PENALTIES = (0.3, 1.0, 10.0)
 _REACH = 0.5  # longest step in one variable
 
 
-class Step(NamedTuple):
+class Trial(NamedTuple):
     """Objective and constraints of a batch at one point."""
 
     value: Array  # (B,) objective
@@ -35,8 +35,8 @@ class Step(NamedTuple):
 Stages = Sequence[tuple[int, int]]
 """(evaluations, problems to keep then), in turn."""
 
-Problem = Callable[[Array, IntArray], Step]
-"""(x (B, D), which problems (B,)) -> Step."""
+Problem = Callable[[Array, IntArray], Trial]
+"""(x (B, D), which problems (B,)) -> Trial."""
 
 
 class Minimum(NamedTuple):
@@ -250,7 +250,7 @@ class _Search:
         now.direction = np.where(which[:, None], direction, now.direction)
 
 
-def _merit(step: Step, multipliers: Array, penalty: Array) -> tuple[Array, Array]:
+def _merit(step: Trial, multipliers: Array, penalty: Array) -> tuple[Array, Array]:
     """(B,) augmented Lagrangian and its gradient (B, D)."""
     shifted = np.maximum(0.0, multipliers - penalty * step.margins)
     terms = ((shifted**2 - multipliers**2) / (2.0 * penalty)).sum(axis=1)

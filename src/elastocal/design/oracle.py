@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 from elastocal.arrays import Array, IntArray
-from elastocal.design.lockstep import Stages, Step, minimise
-from elastocal.design.space import DesignSpace, Evaluation
+from elastocal.design.lockstep import Stages, Trial, minimise
+from elastocal.design.space import DesignEvaluation, DesignSpace
 
 
 def climb(
@@ -29,14 +29,16 @@ def climb(
     root = square_root(gradient)
     level = max(float(((space.evaluate(x).blocks @ root) ** 2).sum(axis=(1, 2)).max()), 1e-200)
 
-    def problem(points: Array, _: IntArray) -> Step:
+    def problem(points: Array, _: IntArray) -> Trial:
         evaluation = space.evaluate(points)
         blocks = evaluation.blocks
         n, r, p = blocks.shape
         image = blocks.reshape(n * r, p) @ root
         value = -(image**2).reshape(n, -1).sum(axis=1) / level
         cotangent = (image @ (root.T * (-2.0 / level))).reshape(n, r, p)
-        return Step(value, evaluation.margins, lambda weights: evaluation.pull(cotangent, -weights))
+        return Trial(
+            value, evaluation.margins, lambda weights: evaluation.pull(cotangent, -weights)
+        )
 
     found = minimise(problem, x, space.lower, space.upper, stages=stages, tolerance=1e-9)
     feasible = restore(space, found.x)
@@ -79,7 +81,7 @@ def restore(space: DesignSpace, x: Array, *, iterations: int = 30) -> Array:
     return x
 
 
-def _correction(space: DesignSpace, x: Array, evaluation: Evaluation) -> Array:
+def _correction(space: DesignSpace, x: Array, evaluation: DesignEvaluation) -> Array:
     """(N, d) shortest step that mends all broken margins to first order, bounds respected."""
     margins = evaluation.margins
     none = np.zeros_like(evaluation.blocks)

@@ -14,7 +14,7 @@ import numpy as np
 from elastocal.arrays import Array
 
 
-class Evaluation(Protocol):
+class DesignEvaluation(Protocol):
     """N design points, evaluated."""
 
     @property
@@ -47,7 +47,7 @@ class DesignSpace(Protocol):
     def sample(self, count: int, rng: np.random.Generator) -> Array:
         """(count, d) random feasible points, covering the whole feasible set."""
 
-    def evaluate(self, x: Array) -> Evaluation:
+    def evaluate(self, x: Array) -> DesignEvaluation:
         """Rows, margins and their gradients at `x`, (N, d)."""
 
 

@@ -13,7 +13,7 @@ from markupsafe import Markup
 
 from elastocal.arrays import Array
 from elastocal.drawing.projection import Projection
-from elastocal.drawing.stage import Figure, Stage, Vector, extent
+from elastocal.drawing.stage import DrawnCase, Stage, Vector, extent
 from elastocal.drawing.svg import drawing, join, line, polyline, tag, text
 
 _GRID = 0.5  # floor squares [m]
@@ -69,7 +69,7 @@ class View:
 
 
 def portrait(
-    figure: Figure,
+    figure: DrawnCase,
     stage: Stage,
     kind: str = "plan",
     width: float = 300.0,
@@ -83,7 +83,9 @@ def portrait(
     return drawing(view.width, view.height, about, *inside, class_="robot")
 
 
-def group(planned: Sequence[Figure], tests: Sequence[Figure], stage: Stage, width: float) -> Markup:
+def group(
+    planned: Sequence[DrawnCase], tests: Sequence[DrawnCase], stage: Stage, width: float
+) -> Markup:
     """All figures in one picture, test poses behind."""
     view = View(stage, width)
     inside = [view.floor_grid(), _origin(view, stage)]
@@ -94,7 +96,7 @@ def group(planned: Sequence[Figure], tests: Sequence[Figure], stage: Stage, widt
     return drawing(view.width, view.height, about, *inside, class_="robot" + many)
 
 
-def _figure(figure: Figure, view: View, kind: str, *, labelled: bool) -> Markup:
+def _figure(figure: DrawnCase, view: View, kind: str, *, labelled: bool) -> Markup:
     """The robot as a line with joints, over its shadow."""
     skeleton = figure.skeleton
     parts = [polyline(view.shadow(part), "shadow") for part in (skeleton.arm, *skeleton.tool)]

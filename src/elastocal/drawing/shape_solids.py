@@ -1,6 +1,6 @@
 """Shapes as triangles: boxes, cylinders, spheres, capsules, meshes.
 
-In: `Shape`. Out: `Solid` in the frame of its body.
+In: `Shape`. Out: `Mesh` in the frame of its body.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.constraints.collision.mesh import triangles
-from elastocal.drawing.solids import Solid, tube
+from elastocal.drawing.solids import Mesh, tube
 from elastocal.robot.shapes import Shape
 
 _CORNERS = np.indices((2, 2, 2)).reshape(3, 8).T - 0.5
@@ -18,17 +18,17 @@ _FACES = np.array(
 )
 
 
-def solid_of(shape: Shape) -> Solid:
+def solid_of(shape: Shape) -> Mesh:
     """The triangles of a shape [m], in the frame of its body.
 
     Raises:
         InputError: the file of a mesh cannot be used.
     """
-    own = Solid(*triangles(shape)) if shape.kind == "mesh" else _simple(shape.kind, shape.size)
-    return Solid(own.vertices @ shape.pose[:3, :3].T + shape.pose[:3, 3], own.triangles)
+    own = Mesh(*triangles(shape)) if shape.kind == "mesh" else _simple(shape.kind, shape.size)
+    return Mesh(own.vertices @ shape.pose[:3, :3].T + shape.pose[:3, 3], own.triangles)
 
 
-def _simple(kind: str, size: Array) -> Solid:
+def _simple(kind: str, size: Array) -> Mesh:
     if kind == "box":
         return box(size)
     if kind == "sphere":
@@ -39,21 +39,21 @@ def _simple(kind: str, size: Array) -> Solid:
     return tube(-half, half, float(size[0]), sides=36)
 
 
-def box(size: Array) -> Solid:
+def box(size: Array) -> Mesh:
     """A box about the origin with sides (3,) [m]; corners are not shared, so faces are flat."""
     vertices = (_CORNERS * size)[_FACES].reshape(24, 3)
     first = 4 * np.arange(6)[:, None]
     halves = np.array([[0, 1, 2], [0, 2, 3]])
-    return Solid(vertices, np.vstack([first + half for half in halves]))
+    return Mesh(vertices, np.vstack([first + half for half in halves]))
 
 
-def round_ball(centre: Array, radius: float) -> Solid:
+def round_ball(centre: Array, radius: float) -> Mesh:
     """A ball without inner walls: with them shadows leave stripes [m]."""
     own = capsule(radius, 0.0, 20)
-    return Solid(own.vertices + centre, own.triangles)
+    return Mesh(own.vertices + centre, own.triangles)
 
 
-def capsule(radius: float, length: float, sides: int = 28) -> Solid:
+def capsule(radius: float, length: float, sides: int = 28) -> Mesh:
     """A round rod along z: `length` between the centres of its ends [m]; a ball if that is 0."""
     rings = np.linspace(0.0, np.pi / 2.0, 8)
     polar = np.concatenate([rings, np.pi - rings[::-1]])
@@ -68,4 +68,4 @@ def capsule(radius: float, length: float, sides: int = 28) -> Solid:
     a = (i * (sides + 1) + j).ravel()
     b, below = a + 1, a + sides + 1
     corners = [np.column_stack([a, below, b]), np.column_stack([b, below, below + 1])]
-    return Solid(vertices, np.vstack(corners))
+    return Mesh(vertices, np.vstack(corners))

@@ -1,6 +1,6 @@
 """Solids: triangles of the few bodies a robot is drawn with.
 
-In: points [m]. Out: `Solid`. A robot is a union of tubes; no mesh file is needed.
+In: points [m]. Out: `Mesh`. A robot is a union of tubes; no mesh file is needed.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from elastocal.robot.rotations import frame_about
 
 
 @dataclass(frozen=True)
-class Solid:
+class Mesh:
     """Triangles.
 
     Attributes:
@@ -28,7 +28,7 @@ class Solid:
     triangles: IntArray
 
 
-def union(solids: Iterable[Solid]) -> Solid:
+def union(solids: Iterable[Mesh]) -> Mesh:
     """All triangles of several solids as one."""
     vertices: list[Array] = [np.zeros((0, 3))]
     triangles: list[IntArray] = [np.zeros((0, 3), dtype=np.int64)]
@@ -37,12 +37,12 @@ def union(solids: Iterable[Solid]) -> Solid:
         vertices.append(solid.vertices)
         triangles.append(solid.triangles + count)
         count += len(solid.vertices)
-    return Solid(np.vstack(vertices), np.vstack(triangles))
+    return Mesh(np.vstack(vertices), np.vstack(triangles))
 
 
 def tube(
     start: Array, end: Array, radius: float, tip: float | None = None, sides: int = 14
-) -> Solid:
+) -> Mesh:
     """Closed tube between two points, of radius `tip` at its end (0: a cone) [m]."""
     around = circle(end - start, sides)
     rings = [start + radius * around, end + (radius if tip is None else tip) * around]
@@ -53,10 +53,10 @@ def tube(
     side = [np.column_stack([i, j, j + sides]), np.column_stack([i, j + sides, i + sides])]
     fan = np.column_stack([np.zeros(sides - 2, dtype=np.int64), i[1:-1], i[2:]])
     caps = [fan[:, ::-1] + 2 * sides, fan + 3 * sides]
-    return Solid(vertices, np.vstack([*side, *caps]))
+    return Mesh(vertices, np.vstack([*side, *caps]))
 
 
-def ball(centre: Array, radius: float) -> Solid:
+def ball(centre: Array, radius: float) -> Mesh:
     """A small round body [m]."""
     levels = np.linspace(-np.pi / 2, np.pi / 2, 9)
     up = np.array([0.0, 0.0, radius])
@@ -72,7 +72,7 @@ def ball(centre: Array, radius: float) -> Solid:
     )
 
 
-def sphere(centre: Array, radius: float) -> Solid:
+def sphere(centre: Array, radius: float) -> Mesh:
     """A round body without inner walls, to be looked through [m]."""
     rings, sides = 10, 18
     polar, turn = np.meshgrid(
@@ -83,10 +83,10 @@ def sphere(centre: Array, radius: float) -> Solid:
     a = (i * (sides + 1) + j).ravel()
     b, below = a + 1, a + sides + 1
     corners = np.vstack([np.column_stack([a, b, below]), np.column_stack([b, below + 1, below])])
-    return Solid(centre + radius * unit.reshape(-1, 3), corners)
+    return Mesh(centre + radius * unit.reshape(-1, 3), corners)
 
 
-def arrow(start: Array, along: Array, radius: float) -> Solid:
+def arrow(start: Array, along: Array, radius: float) -> Mesh:
     """Arrow from `start` to `start + along` [m]; nothing if it has no length."""
     length = float(np.linalg.norm(along))
     if length < 4.0 * radius:

@@ -35,7 +35,7 @@ class Vector:
 
 
 @dataclass(frozen=True)
-class Figure:
+class DrawnCase:
     """One drawn load case.
 
     Attributes:
@@ -68,15 +68,15 @@ class Stage:
         size: Largest distance from the base that a figure reaches [m].
     """
 
-    planned: tuple[Figure, ...]
-    tests: tuple[Figure, ...]
-    peak: tuple[Figure, ...]
+    planned: tuple[DrawnCase, ...]
+    tests: tuple[DrawnCase, ...]
+    peak: tuple[DrawnCase, ...]
     lower: Array
     upper: Array
     size: float
 
 
-def posed(robot: Robot, tool: Tool, cases: LoadCases, labels: list[str]) -> tuple[Figure, ...]:
+def posed(robot: Robot, tool: Tool, cases: LoadCases, labels: list[str]) -> tuple[DrawnCase, ...]:
     """Figures of N load cases."""
     drawn = skeletons(robot, tool, cases.q)
     size = max(float(np.linalg.norm(s.points, axis=1).max()) for s in drawn)
@@ -84,9 +84,9 @@ def posed(robot: Robot, tool: Tool, cases: LoadCases, labels: list[str]) -> tupl
 
 
 def boxed(
-    planned: tuple[Figure, ...],
-    tests: tuple[Figure, ...] = (),
-    peak: tuple[Figure, ...] = (),
+    planned: tuple[DrawnCase, ...],
+    tests: tuple[DrawnCase, ...] = (),
+    peak: tuple[DrawnCase, ...] = (),
     further: Array | None = None,
 ) -> Stage:
     """The stage that holds figures, and `further` points (., 3) [m]."""
@@ -101,14 +101,14 @@ def boxed(
 
 def figures(
     posed: tuple[Skeleton, ...] | list[Skeleton], cases: LoadCases, labels: list[str], size: float
-) -> tuple[Figure, ...]:
+) -> tuple[DrawnCase, ...]:
     """Figures whose longest arrow has the length of `_ARROW` times `size`."""
     scaled = []
     for part in (cases.wrench[:, :3], cases.wrench[:, 3:]):
         largest = float(np.linalg.norm(part, axis=1).max(initial=0.0))
         scaled.append(part * (_ARROW * size / largest if largest > 0.0 else 0.0))
     return tuple(
-        Figure(label, skeleton, scaled[0][i], scaled[1][i], _load(cases.wrench[i]))
+        DrawnCase(label, skeleton, scaled[0][i], scaled[1][i], _load(cases.wrench[i]))
         for i, (label, skeleton) in enumerate(zip(labels, posed, strict=True))
     )
 
@@ -119,7 +119,7 @@ def _load(wrench: Array) -> str:
     return ", ".join(f"{plain(size)}\u00a0{unit}" for size, unit in sizes if size > 0.0)
 
 
-def extent(figure: Figure) -> Array:
+def extent(figure: DrawnCase) -> Array:
     """(., 3) points that a figure covers, arrows included [m]."""
     at = figure.skeleton.load_point
     ends = [v.start + v.along for v in figure.vectors]

@@ -13,7 +13,7 @@ import numpy as np
 from elastocal.arrays import Array
 from elastocal.constraints import Clearance, Constraint, Elevation, HalfSpace, MinRadius, Tilt
 from elastocal.drawing.obstacles import OPACITY, solid_of, top_of
-from elastocal.drawing.solids import Solid, circle
+from elastocal.drawing.solids import Mesh, circle
 from elastocal.drawing.stage import Stage
 from elastocal.robot.posture import Posture
 
@@ -34,7 +34,7 @@ class Surface:
     """
 
     name: str
-    solid: Solid
+    solid: Mesh
     outlines: tuple[Array, ...]
     label: Array
     opacity: float = 0.13
@@ -92,7 +92,7 @@ def _fan(name: str, at: Array, size: float, rays: Array, axis: Array, *, closed:
         triangles = np.vstack([triangles, [0, len(rim), 1]])
         outline = np.vstack([rim, rim[:1]])
     tip = at + 1.25 * size * axis
-    solid = Solid(np.vstack([at, rim]), triangles)
+    solid = Mesh(np.vstack([at, rim]), triangles)
     return Surface(name, solid, (outline, np.vstack([at, tip])), tip)
 
 
@@ -116,7 +116,7 @@ def _plane(constraint: HalfSpace, stage: Stage) -> Surface | None:
     rim = np.array(cuts)[around]
     back = int(np.argmax(rim[:, 0] + rim[:, 1] + rim[:, 2]))
     i = np.arange(1, len(rim) - 1)
-    solid = Solid(rim, np.column_stack([np.zeros_like(i), i, i + 1]))
+    solid = Mesh(rim, np.column_stack([np.zeros_like(i), i, i + 1]))
     return Surface(constraint.name, solid, (np.vstack([rim, rim[:1]]),), rim[back])
 
 
@@ -139,4 +139,4 @@ def _cylinder(constraint: MinRadius, stage: Stage) -> Surface:
     triangles = np.vstack([np.column_stack(half) for half in halves])
     outlines = tuple(np.vstack([ring, ring[:1]]) for ring in (low, high))
     right = high[int(np.argmax(high[:, 0] + high[:, 1]))]
-    return Surface(constraint.name, Solid(np.vstack([low, high]), triangles), outlines, right)
+    return Surface(constraint.name, Mesh(np.vstack([low, high]), triangles), outlines, right)

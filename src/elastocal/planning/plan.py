@@ -130,7 +130,7 @@ def plan(
     )
 
 
-class _Found(NamedTuple):
+class _Outcome(NamedTuple):
     """What the search ends with."""
 
     x: Array  # (S, d) design points
@@ -147,7 +147,7 @@ def _searched(
     seed: int,
     effort: Effort | None,
     tell: Progress,
-) -> _Found:
+) -> _Outcome:
     """The best plan found whose configurations can all be reached from home.
 
     Configurations to which no way leads are ruled out one by one, with what is near them.
@@ -177,7 +177,7 @@ def _searched(
             counts = np.array([float(name not in free) for name in study.robot.joint_names])
             avoid += (Distinct("distance from what cannot be reached", error.q, counts, _AWAY),)
             continue
-        return _Found(design.x, cases, design.counts[order], free, via)
+        return _Outcome(design.x, cases, design.counts[order], free, via)
 
 
 _UNREACHABLE = 8  # configurations without a way to them that are given up, one after the other ...

@@ -114,7 +114,7 @@ def _unwatched(study: Study) -> tuple[Doubt, ...]:
     contacts: dict[str, list[str]] = {}
     for constraint in study.constraints:
         if isinstance(constraint, Clearance):
-            for left in constraint.left_out:
+            for left in constraint.unwatched:
                 contacts.setdefault(left.why, []).append(f"{left.first}–{left.second}")
         if isinstance(constraint, LineOfSight):
             for name in constraint.around_head:

@@ -13,7 +13,7 @@ import numpy as np
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.identification.result import Identification
 from elastocal.report.charts.forest import Estimate
-from elastocal.report.tables import Row, Table
+from elastocal.report.tables import BarTable, Row
 from elastocal.robot.joint_kinds import KINDS, JointKind
 from elastocal.wording.numbers import fixed, number, shown_unit
 from elastocal.wording.numbers import sure as sure_of
@@ -37,7 +37,7 @@ class Family:
     stiffness_unit: str
     compliance: tuple[Estimate, ...]
     stiffness: tuple[Estimate, ...]
-    table: Table
+    table: BarTable
 
 
 def families(
@@ -97,7 +97,7 @@ def _family(
         f"{sure} interval",
         *references,
     )
-    table = Table(heads, tuple(rows))
+    table = BarTable(heads, tuple(rows))
     return Family(kind.spring, unit, stiffness_unit, tuple(compliance), tuple(stiffness), table)
 
 

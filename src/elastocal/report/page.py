@@ -16,59 +16,59 @@ from markupsafe import Markup
 from elastocal.drawing.palette import COLOURS
 from elastocal.errors import InputError
 from elastocal.report.contents import Contents
-from elastocal.report.section import Part, Section
-from elastocal.report.sections.compensation import compensation_part
-from elastocal.report.sections.identification import identification_part
-from elastocal.report.sections.monte_carlo import monte_carlo_part
-from elastocal.report.sections.plan import plan_part
+from elastocal.report.section import Chapter, Section
+from elastocal.report.sections.compensation import compensation_chapter
+from elastocal.report.sections.identification import identification_chapter
+from elastocal.report.sections.monte_carlo import monte_carlo_chapter
+from elastocal.report.sections.plan import plan_chapter
 from elastocal.report.sections.provenance import provenance
 from elastocal.report.sections.state import state_section, title
-from elastocal.report.sections.validation import validation_part
+from elastocal.report.sections.validation import validation_chapter
 from elastocal.wording import worded
 from elastocal.wording.numbers import words
 
-_PARTS = (identification_part, validation_part, compensation_part, monte_carlo_part)
+_CHAPTERS = (identification_chapter, validation_chapter, compensation_chapter, monte_carlo_chapter)
 
 
 def render(contents: Contents) -> str:
     """HTML of everything in `contents`; see `elastocal.report.html`."""
-    stages = [part for part in (make(contents) for make in _PARTS) if part is not None]
-    plan = plan_part(contents, alone=not stages)
+    stages = [chapter for chapter in (make(contents) for make in _CHAPTERS) if chapter is not None]
+    plan = plan_chapter(contents, alone=not stages)
     if stages:
         top = state_section(contents)
-        parts = [part for part in (plan, *stages) if part is not None]
+        chapters = [chapter for chapter in (plan, *stages) if chapter is not None]
     elif plan is not None:
         top, *rest = plan.sections
-        parts = [Part("", tuple(rest))]
+        chapters = [Chapter("", tuple(rest))]
     else:
         raise InputError("a report needs a plan, an identification or another result to show")
-    parts.append(Part("", (provenance(contents),)))
+    chapters.append(Chapter("", (provenance(contents),)))
     environment = _environment()
-    sections = [section for part in parts for section in part.sections]
+    sections = [section for chapter in chapters for section in chapter.sections]
     scenes = {s.id: _script_json(s.scene) for s in sections if s.scene is not None}
     return environment.get_template("page.html").render(
         title=title(contents),
         colours=COLOURS,
         top=_html(top, environment),
-        navigation=_navigation(parts),
-        parts=[
-            {"name": part.name, "sections": [_html(s, environment) for s in part.sections]}
-            for part in parts
+        navigation=_navigation(chapters),
+        chapters=[
+            {"name": chapter.name, "sections": [_html(s, environment) for s in chapter.sections]}
+            for chapter in chapters
         ],
         scenes=scenes,
         plotly=_plotly() if scenes else None,
     )
 
 
-def _navigation(parts: list[Part]) -> list[tuple[str, list[tuple[str, str]]]]:
+def _navigation(chapters: list[Chapter]) -> list[tuple[str, list[tuple[str, str]]]]:
     """Name of every stage, with anchors and names of its sections; unnamed ones in one line."""
     lines: list[tuple[str, list[tuple[str, str]]]] = []
-    for part in parts:
-        links = [(s.id, s.name) for s in part.sections if s.name]
-        if lines and not part.name and not lines[-1][0]:
+    for chapter in chapters:
+        links = [(s.id, s.name) for s in chapter.sections if s.name]
+        if lines and not chapter.name and not lines[-1][0]:
             lines[-1][1].extend(links)
         else:
-            lines.append((part.name or ("Sources" if lines else ""), links))
+            lines.append((chapter.name or ("Sources" if lines else ""), links))
     return lines
 
 

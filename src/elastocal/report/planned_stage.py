@@ -7,7 +7,7 @@ import numpy as np
 from elastocal.constraints import Clearance
 from elastocal.drawing.obstacles import corners
 from elastocal.drawing.skeleton import skeletons
-from elastocal.drawing.stage import Figure, Stage, boxed, figures
+from elastocal.drawing.stage import DrawnCase, Stage, boxed, figures
 from elastocal.planning.plan import Plan
 
 _HALL = 1.1  # farthest that obstacles are drawn, over the size of the robot
@@ -26,7 +26,7 @@ def planned_stage(plan: Plan) -> Stage:
     numbers = [str(i + 1) for i in range(len(cases))]
     planned = figures(posed, cases, numbers, size)
     peaks = () if peak is None else figures(at_peak, peak, ["peak"], size)
-    tests: list[Figure] = []
+    tests: list[DrawnCase] = []
     for (pose, _, case), skeleton in zip(drawn, tested, strict=True):
         tests += figures([skeleton], case, [pose.name], size)
     watched = [c for c in plan.study.constraints if isinstance(c, Clearance)]

@@ -17,8 +17,8 @@ import numpy as np
 from elastocal.arrays import Array
 from elastocal.drawing.palette import COLOURS
 from elastocal.drawing.skeleton import Skeleton
-from elastocal.drawing.solids import Solid, arrow, ball, sphere, tube, union
-from elastocal.drawing.stage import Figure, Stage
+from elastocal.drawing.solids import Mesh, arrow, ball, sphere, tube, union
+from elastocal.drawing.stage import DrawnCase, Stage
 from elastocal.drawing.surfaces import Surface, aperture, wall
 from elastocal.planning.plan import Plan
 from elastocal.robot.chain import Robot
@@ -90,7 +90,7 @@ def _crowd(stage: Stage, robot: Robot) -> list[Trace]:
     return traces
 
 
-def _robot(figure: Figure, size: float, colour: str, role: str, group: int) -> list[Trace]:
+def _robot(figure: DrawnCase, size: float, colour: str, role: str, group: int) -> list[Trace]:
     """The solid robot with its load."""
     skeleton = figure.skeleton
     links, joints, tool = _bodies(skeleton, size, 1.0 if role == "solid" else 0.75)
@@ -111,7 +111,7 @@ def _robot(figure: Figure, size: float, colour: str, role: str, group: int) -> l
     return [trace for trace in traces if trace is not None]
 
 
-def _labels(figure: Figure, colour: str, role: str, group: int) -> list[Trace]:
+def _labels(figure: DrawnCase, colour: str, role: str, group: int) -> list[Trace]:
     """What is written at the arrow: all at once only numbers, alone the load as well."""
     skeleton, ink = figure.skeleton, COLOURS[colour]
     ends = [skeleton.load_point + v for v in (figure.force, figure.moment) if np.any(v)]
@@ -126,7 +126,7 @@ def _labels(figure: Figure, colour: str, role: str, group: int) -> list[Trace]:
     ]
 
 
-def _bodies(skeleton: Skeleton, size: float, thickness: float) -> tuple[Solid, Solid, Solid]:
+def _bodies(skeleton: Skeleton, size: float, thickness: float) -> tuple[Mesh, Mesh, Mesh]:
     """Links, joints and tool; thinner towards the flange, as arms are."""
     arm, n = skeleton.arm, len(skeleton.centres)
     taper = thickness * np.linspace(1.25, 0.8, len(arm))
@@ -146,7 +146,7 @@ def _bodies(skeleton: Skeleton, size: float, thickness: float) -> tuple[Solid, S
     return union(links), union(joints), union(tool)
 
 
-def _ghost(figure: Figure, group: int) -> Trace:
+def _ghost(figure: DrawnCase, group: int) -> Trace:
     """A configuration that is not the one looked at, as thin lines."""
     lines = [figure.skeleton.arm, *figure.skeleton.tool]
     return _lines(lines, COLOURS["ghost"], "ghost", group, 5)
@@ -190,7 +190,7 @@ def _surface(surface: Surface, role: str, group: int) -> list[Trace]:
     return traces
 
 
-def _mesh(solid: Solid, colour: str, role: str, group: int) -> Trace | None:
+def _mesh(solid: Mesh, colour: str, role: str, group: int) -> Trace | None:
     """Triangles in mm, rounded to a tenth; None if there are none."""
     if not len(solid.triangles):
         return None

@@ -30,7 +30,7 @@ class Section:
 
 
 @dataclass(frozen=True)
-class Part:
+class Chapter:
     """The sections of one stage of a campaign.
 
     Attributes:

@@ -44,7 +44,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Table:
+class BarTable:
     """A table with a bar in each line.
 
     Attributes:
@@ -60,7 +60,7 @@ class Table:
     others: int = 0
 
 
-def standard_errors(plan: Plan) -> list[Table]:
+def standard_errors(plan: Plan) -> list[BarTable]:
     """Standard errors of angular and of linear compliances, apart because units differ."""
     springs, errors = plan.study.springs, plan.assessment.standard_error
     tables = []
@@ -76,11 +76,11 @@ def standard_errors(plan: Plan) -> list[Table]:
             for i in chosen
         )
         heads = ("Joint", f"Standard error [{unit}]")
-        tables.append(Table(heads, rows, f"{kind.spring} springs"))
+        tables.append(BarTable(heads, rows, f"{kind.spring} springs"))
     return tables
 
 
-def margins(plan: Plan) -> Table:
+def margins(plan: Plan) -> BarTable:
     """Nearest constraint of every configuration."""
     largest: dict[str, float] = {}
     for near in plan.assessment.nearest:
@@ -93,10 +93,10 @@ def margins(plan: Plan) -> Table:
         shown = {"broken": f"{room}: broken", "active": "on the limit", "": room}[state]
         share = _share(near.margin / largest[near.unit]) if not state else 0.0
         rows.append(Row((str(i + 1), words(near.name), shown), share, state))
-    return Table(("No.", "Nearest constraint", "Room left"), tuple(rows))
+    return BarTable(("No.", "Nearest constraint", "Room left"), tuple(rows))
 
 
-def view(plan: Plan) -> Table | None:
+def view(plan: Plan) -> BarTable | None:
     """Which marker the tracker sees in which configuration; None if there is no tracker."""
     seen = plan.view
     if seen is None:
@@ -111,10 +111,10 @@ def view(plan: Plan) -> Table | None:
             cells = (str(i + 1), marker, f"{fixed(float(seen.range[k, i]), 3)} m", shown, told)
             state = "" if seen.seen[k, i] else "broken"
             rows.append(Row(cells, _share(seen.range[k, i] / longest), state))
-    return Table(("No.", "Marker", "Range", "Off its axis", "Tracker"), tuple(rows))
+    return BarTable(("No.", "Marker", "Range", "Off its axis", "Tracker"), tuple(rows))
 
 
-def support(plan: Plan) -> Table | None:
+def support(plan: Plan) -> BarTable | None:
     """Load cases of the continuous design behind the bound, largest weights first."""
     certificate, robot = plan.certificate, plan.study.robot
     cases, weights = certificate.support, certificate.weights
@@ -129,10 +129,10 @@ def support(plan: Plan) -> Table | None:
         values = [fixed(float(value), 1) for value in robot.shown_scale * cases.q[i]]
         cells = (f"{fixed(100.0 * weights[i], 1)} %", *values, vector(cases.wrench[i, :3]))
         rows.append(Row(cells, _share(weights[i] / weights.max())))
-    return Table(heads, tuple(rows), others=len(weights) - len(order))
+    return BarTable(heads, tuple(rows), others=len(weights) - len(order))
 
 
-def peak(plan: Plan) -> Table | None:
+def peak(plan: Plan) -> BarTable | None:
     """Configuration where the sensitivity is largest."""
     case, robot = plan.certificate.peak, plan.study.robot
     if case is None:
@@ -143,10 +143,10 @@ def peak(plan: Plan) -> Table | None:
     rows.append(Row(("Force", f"{vector(case.wrench[0, :3])} N")))
     if np.any(case.wrench[0, 3:]):
         rows.append(Row(("Torque", f"{vector(case.wrench[0, 3:], 1)} N·m")))
-    return Table(("Joint", "Value"), tuple(rows))
+    return BarTable(("Joint", "Value"), tuple(rows))
 
 
-def criteria(plan: Plan, others: Mapping[str, Assessment]) -> Table:
+def criteria(plan: Plan, others: Mapping[str, Assessment]) -> BarTable:
     """Every criterion's value for this plan and for others."""
     heads = ("Criterion", "This plan", *others, "Unit", "Better", "What it measures")
     rows = []
@@ -158,10 +158,10 @@ def criteria(plan: Plan, others: Mapping[str, Assessment]) -> Table:
         shown = tuple(number(factor * v) for v in values)
         state = "chosen" if name == plan.criterion else ""
         rows.append(Row((name, *shown, unit, better, criterion.meaning), state=state))
-    return Table(heads, tuple(rows))
+    return BarTable(heads, tuple(rows))
 
 
-def test_pose_errors(plan: Plan) -> Table:
+def test_pose_errors(plan: Plan) -> BarTable:
     """Error at each test pose."""
     errors = plan.assessment.rho0_each
     largest = max((e for e in errors if np.isfinite(e)), default=1.0)
@@ -172,7 +172,7 @@ def test_pose_errors(plan: Plan) -> Table:
             plan.study.test_poses, weights / weights.sum(), errors, strict=True
         )
     )
-    return Table(("Test pose", "Weight", "Position error"), rows)
+    return BarTable(("Test pose", "Weight", "Position error"), rows)
 
 
 def joint_value(value: float, kind: JointKind) -> str:

@@ -203,7 +203,7 @@ _THIN = 0.003  # ... if fewer than this share are feasible
 
 
 class LoadCaseEvaluation:
-    """Rows, margins and gradients of N load cases; see `design.space.Evaluation`."""
+    """Rows, margins and gradients of N load cases; see `design.space.DesignEvaluation`."""
 
     def __init__(self, space: LoadCaseSpace, x: Array) -> None:
         self._space, self._x = space, x

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from elastocal.arrays import Array, BoolArray
-from elastocal.drawing.solids import Solid
+from elastocal.drawing.solids import Mesh
 from elastocal.robot.chain import Robot, Tool
 from elastocal.robot.rotations import quaternions
 from elastocal.viewer.parts import Colour, Part, tool_parts
@@ -56,7 +56,7 @@ class Figure:
 
 
 def add_solid(
-    scene: Any, name: str, solid: Solid, shade: Colour, opacity: float | None = None
+    scene: Any, name: str, solid: Mesh, shade: Colour, opacity: float | None = None
 ) -> Any:
     """Send triangles; translucent ones are seen from both sides and throw no shadow."""
     solid = solid if len(solid.triangles) else _NOTHING
@@ -72,4 +72,4 @@ def add_solid(
     )
 
 
-_NOTHING = Solid(np.zeros((3, 3)), np.array([[0, 1, 2]]))  # viser wants at least one triangle
+_NOTHING = Mesh(np.zeros((3, 3)), np.array([[0, 1, 2]]))  # viser wants at least one triangle

@@ -16,7 +16,7 @@ from elastocal.arrays import Array
 from elastocal.constraints.collision.chain import chain_length
 from elastocal.drawing.palette import COLOURS
 from elastocal.drawing.shape_solids import round_ball, solid_of
-from elastocal.drawing.solids import Solid, tube, union
+from elastocal.drawing.solids import Mesh, tube, union
 from elastocal.errors import InputError
 from elastocal.robot.chain import Joint, Robot, Tool
 from elastocal.robot.rotations import frame_about
@@ -38,7 +38,7 @@ class Part:
 
     name: str
     body: int
-    solid: Solid
+    solid: Mesh
     colour: Colour
 
 
@@ -142,7 +142,7 @@ def _distinct(points: Sequence[Array]) -> list[Array]:
     return kept
 
 
-def _tubes(points: Sequence[Array], radius: float) -> Solid:
+def _tubes(points: Sequence[Array], radius: float) -> Mesh:
     """Round tubes through points, with round corners."""
     if len(points) < 2:
         return union([])
@@ -150,7 +150,7 @@ def _tubes(points: Sequence[Array], radius: float) -> Solid:
     return union([*pipes, *(round_ball(point, radius) for point in points)])
 
 
-def _drum(joint: Joint, link: Array, radius: float) -> Solid:
+def _drum(joint: Joint, link: Array, radius: float) -> Mesh:
     """A drum about a turning joint, in its body; the rail of a sliding one, in the body before."""
     if not joint.prismatic:
         half = np.array([0.0, 0.0, 1.15 * radius])
@@ -161,9 +161,9 @@ def _drum(joint: Joint, link: Array, radius: float) -> Solid:
     return tube(rail[0], rail[1], 0.45 * radius, sides=4)
 
 
-def _turned(solid: Solid, axis: Array) -> Solid:
+def _turned(solid: Mesh, axis: Array) -> Mesh:
     """A solid about z, turned to be about `axis`."""
-    return Solid(solid.vertices @ frame_about(axis).T, solid.triangles)
+    return Mesh(solid.vertices @ frame_about(axis).T, solid.triangles)
 
 
 def tool_parts(robot: Robot, tool: Tool) -> tuple[Part, ...]:

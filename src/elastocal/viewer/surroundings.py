@@ -16,7 +16,7 @@ from elastocal.constraints import AcceptanceCone, Clearance
 from elastocal.constraints.collision.chain import chain_length
 from elastocal.drawing.shape_solids import capsule, solid_of
 from elastocal.drawing.skeleton import skeletons
-from elastocal.drawing.solids import Solid, circle, tube, union
+from elastocal.drawing.solids import Mesh, circle, tube, union
 from elastocal.drawing.stage import Stage
 from elastocal.drawing.surfaces import Surface, aperture, wall
 from elastocal.errors import InputError
@@ -54,7 +54,7 @@ class Cone:
         met: Whether the beam of the tracker comes from within.
     """
 
-    solid: Solid
+    solid: Mesh
     met: bool
 
 
@@ -137,7 +137,7 @@ def apertures(subject: Subject, tool: Tool, q: Array) -> tuple[Surface, ...]:
     return tuple(surface for surface in drawn if surface is not None)
 
 
-def tracker_solid(position: Array, floor: float, size: float) -> Solid:
+def tracker_solid(position: Array, floor: float, size: float) -> Mesh:
     """A tracker with its head at `position`, on a stand that reaches down to `floor` [m]."""
     r = 0.03 * size
     up = np.array([0.0, 0.0, 1.0])
@@ -194,16 +194,16 @@ def cones(subject: Subject, tool: Tool, q: Array) -> tuple[Cone, ...]:
     return tuple(found)
 
 
-def _cone(tip: Array, axis: Array, half_angle: float, size: float) -> Solid:
+def _cone(tip: Array, axis: Array, half_angle: float, size: float) -> Mesh:
     """Rays of length `size` [m] from `tip`, at `half_angle` [rad] around `axis`."""
     sides = 36
     rays = np.cos(half_angle) * axis + np.sin(half_angle) * circle(axis, sides)
     i = np.arange(sides)
     triangles = np.column_stack([np.zeros_like(i), 1 + i, 1 + (i + 1) % sides])
-    return Solid(np.vstack([tip, tip + size * rays]), triangles)
+    return Mesh(np.vstack([tip, tip + size * rays]), triangles)
 
 
-def ghost(subject: Subject, stop: Stop) -> Solid:
+def ghost(subject: Subject, stop: Stop) -> Mesh:
     """A stop as a thin figure, to stand beside the robot."""
     skeleton = skeletons(subject.study.robot, stop.tool, stop.q[None])[0]
     thick = 0.006 * chain_length(subject.study.robot)
@@ -212,5 +212,5 @@ def ghost(subject: Subject, stop: Stop) -> Solid:
     return union([*pipes, _moved(capsule(2.0 * thick, 0.0, 14), skeleton.tcp)])
 
 
-def _moved(solid: Solid, by: Array) -> Solid:
-    return Solid(solid.vertices + by, solid.triangles)
+def _moved(solid: Mesh, by: Array) -> Mesh:
+    return Mesh(solid.vertices + by, solid.triangles)

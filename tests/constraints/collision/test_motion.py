@@ -74,7 +74,7 @@ def test_margins_are_those_of_dense_samples_by_pinocchio_and_coal() -> None:
     study = kuka_study()
     oracle = CellOracle(KUKA, KUKA.tools["calibration"], BOXES, 0.02)
     left = {
-        frozenset((x.first, x.second)) for c in study.motion_space.clearances for x in c.left_out
+        frozenset((x.first, x.second)) for c in study.motion_space.clearances for x in c.unwatched
     }
     left |= {frozenset(p) for p in (("A4", "A6"), ("A5", "A6"), ("A6", "tool"))}
     q = free_configurations(study, 24, 1)

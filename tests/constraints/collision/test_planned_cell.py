@@ -55,7 +55,7 @@ def test_no_pose_and_no_motion_collides(made: tuple[Path, Plan]) -> None:
     found = made[1]
     study = found.study
     oracle = CellOracle(study.robot, study.experiments.tool, BOXES, 0.02)
-    left = {frozenset((x.first, x.second)) for c in study.constraints[-1:] for x in c.left_out}
+    left = {frozenset((x.first, x.second)) for c in study.constraints[-1:] for x in c.unwatched}
     left |= {frozenset(p) for p in (("A4", "A6"), ("A5", "A6"), ("A6", "tool"))}
 
     def room(q: np.ndarray) -> float:

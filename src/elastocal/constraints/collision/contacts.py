@@ -23,7 +23,7 @@ _SAMPLES = 1000  # random configurations
 
 
 @dataclass(frozen=True)
-class LeftOut:
+class Unwatched:
     """Two bodies or things whose contact is not watched.
 
     Attributes:
@@ -45,7 +45,7 @@ def self_pairs(
     ignore: Sequence[tuple[str, str]],
     also: Sequence[tuple[Solid, Solid]] = (),
     margin: float = 0.0,
-) -> tuple[Pairs, tuple[LeftOut, ...]]:
+) -> tuple[Pairs, tuple[Unwatched, ...]]:
     """Pairs of solids of the robot itself, tool included, that are to be watched.
 
     Args:
@@ -90,8 +90,8 @@ def self_pairs(
             kept += group
     # Of two bodies of several solids each, some pairs may be watched and some left out.
     partly = {frozenset((solids[i].name, solids[j].name)) for i, j in kept}
-    left_out = [LeftOut(*p, why) for p, why in left.items() if frozenset(p) not in partly]
-    return Pairs(tuple(solids), tuple(kept)), tuple(left_out)
+    unwatched = [Unwatched(*p, why) for p, why in left.items() if frozenset(p) not in partly]
+    return Pairs(tuple(solids), tuple(kept)), tuple(unwatched)
 
 
 def obstacle_pairs(
@@ -100,7 +100,7 @@ def obstacle_pairs(
     solids: Sequence[Solid],
     obstacle: Sequence[Solid],
     ignore: Sequence[tuple[str, str]],
-) -> tuple[Pairs, tuple[LeftOut, ...]]:
+) -> tuple[Pairs, tuple[Unwatched, ...]]:
     """Pairs of a solid of the robot and one of an obstacle that are to be watched.
 
     The first links, up to the first joint that turns, are left out if they touch at a depth that
@@ -125,7 +125,7 @@ def obstacle_pairs(
             else:
                 index.append((i, j))
     return Pairs(tuple(everything), tuple(index)), tuple(
-        LeftOut(*p, why) for p, why in left.items()
+        Unwatched(*p, why) for p, why in left.items()
     )
 
 

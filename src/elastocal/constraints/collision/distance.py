@@ -21,7 +21,7 @@ from elastocal.constraints.collision.support import largest
 from elastocal.robot.posture import Posture
 
 
-class Nearest(NamedTuple):
+class NearestPairs(NamedTuple):
     """The nearest pair of each of N postures."""
 
     value: Array  # (N,) signed distance less its slack [m], at most the horizon
@@ -96,7 +96,9 @@ class Pairs:
         return self._coal[pair]
 
 
-def nearest(pairs: Pairs, posture: Posture, horizon: float, slack: Array | float = 0.0) -> Nearest:
+def nearest(
+    pairs: Pairs, posture: Posture, horizon: float, slack: Array | float = 0.0
+) -> NearestPairs:
     """The nearest pair of every posture.
 
     Args:
@@ -132,8 +134,8 @@ def nearest(pairs: Pairs, posture: Posture, horizon: float, slack: Array | float
     return result
 
 
-def _nothing(count: int, horizon: float) -> Nearest:
-    return Nearest(
+def _nothing(count: int, horizon: float) -> NearestPairs:
+    return NearestPairs(
         np.full(count, horizon),
         np.full(count, -1, dtype=np.int64),
         np.full(count, horizon),

@@ -9,7 +9,7 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.errors import PathFileError
-from elastocal.files.tables.csv_table import ANGLES, PLAIN, Table
+from elastocal.files.tables.csv_table import ANGLES, PLAIN, TextTable
 from elastocal.robot.rotations import (
     from_quaternions,
     from_rotation_vectors,
@@ -60,7 +60,7 @@ FORMS = {
 }
 
 
-def form_of(table: Table, taken: tuple[str, ...] = ()) -> Form | None:
+def form_of(table: TextTable, taken: tuple[str, ...] = ()) -> Form | None:
     """The form of the orientations in a table, None if it has none.
 
     Args:
@@ -89,7 +89,7 @@ def form_of(table: Table, taken: tuple[str, ...] = ()) -> Form | None:
     return found[0] if found else None
 
 
-def read_orientations(table: Table, form: Form) -> Array:
+def read_orientations(table: TextTable, form: Form) -> Array:
     """(N, 3, 3) rotation matrices.
 
     Raises:

@@ -16,7 +16,7 @@ from elastocal.arrays import Array
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import PathFileError
 from elastocal.files.paths.orientation_columns import Form, form_of, read_orientations
-from elastocal.files.tables.csv_table import FORCES, LENGTHS, TORQUES, Table, read_table
+from elastocal.files.tables.csv_table import FORCES, LENGTHS, TORQUES, TextTable, read_table
 from elastocal.files.tables.units import UNITS
 from elastocal.robot.chain import Robot, Tool
 from elastocal.robot.inverse_kinematics import follow
@@ -110,7 +110,7 @@ def read_path(
     )
 
 
-def _has_joints(table: Table, robot: Robot) -> bool:
+def _has_joints(table: TextTable, robot: Robot) -> bool:
     """Whether the table gives configurations.
 
     Raises:
@@ -130,7 +130,7 @@ def _has_joints(table: Table, robot: Robot) -> bool:
     return bool(there)
 
 
-def _configurations(table: Table, robot: Robot) -> Array:
+def _configurations(table: TextTable, robot: Robot) -> Array:
     """(N, n) configurations, within the joint limits."""
     q = np.zeros((len(table.rows), len(robot.joints)))
     for j, joint in enumerate(robot.joints):
@@ -146,7 +146,7 @@ def _configurations(table: Table, robot: Robot) -> Array:
     return q
 
 
-def _checked_form(table: Table, robot: Robot) -> Form | None:
+def _checked_form(table: TextTable, robot: Robot) -> Form | None:
     """How orientations are given: not at all with few joints, somehow with six or more."""
     form = form_of(table)
     where = f"{table.path}, line {table.header_line}"
@@ -165,7 +165,7 @@ def _checked_form(table: Table, robot: Robot) -> Form | None:
     return form
 
 
-def _followed(table: Table, robot: Robot, tool: Tool, form: Form | None, start: Array) -> Array:
+def _followed(table: TextTable, robot: Robot, tool: Tool, form: Form | None, start: Array) -> Array:
     """(N, n) configurations of poses, each the nearest one to that before."""
     count = len(table.rows)
     targets = np.zeros((count, 4, 4))
@@ -184,7 +184,7 @@ def _followed(table: Table, robot: Robot, tool: Tool, form: Form | None, start: 
 
 
 def _wrenches(
-    table: Table, robot: Robot, q: Array, wrench: Array | None
+    table: TextTable, robot: Robot, q: Array, wrench: Array | None
 ) -> tuple[Array, tuple[str, ...]]:
     """(N, 6) wrenches in the base frame, and the columns they come from."""
     where = f"{table.path}, line {table.header_line}"
@@ -226,14 +226,14 @@ def _wrenches(
     return result, (*force, *torque)
 
 
-def _names(table: Table) -> tuple[str, ...]:
+def _names(table: TextTable) -> tuple[str, ...]:
     """Names of the points, numbers if there are none."""
     if "point" in table.names:
         return tuple(table.text("point"))
     return tuple(str(i + 1) for i in range(len(table.rows)))
 
 
-def _jumps(table: Table, robot: Robot, q: Array) -> Sequence[str]:
+def _jumps(table: TextTable, robot: Robot, q: Array) -> Sequence[str]:
     """A sentence on the largest jump between two points, if there is one."""
     steps = np.abs(np.diff(q, axis=0))
     if len(steps) < 2:

@@ -24,7 +24,7 @@ _LARGEST = 1e12
 
 
 @dataclass(frozen=True)
-class Table:
+class TextTable:
     """A table whose cells are still text.
 
     Attributes:
@@ -95,7 +95,7 @@ class Table:
         return value
 
 
-def read_table(path: Path) -> Table:
+def read_table(path: Path) -> TextTable:
     """The table in a text file; delimiters and encodings as in measurement files.
 
     A comma is the decimal sign where it does not separate cells and numbers have it.
@@ -115,4 +115,4 @@ def read_table(path: Path) -> Table:
         if name and names.count(name) > 1:
             raise PathFileError(f"{path}, line {found.first}: column {name!r} is there twice")
     commas = any(_COMMA.fullmatch(cell) for _, row in rows for cell in row)
-    return Table(path, file.sha256, found.first, columns, rows, commas)
+    return TextTable(path, file.sha256, found.first, columns, rows, commas)

@@ -20,8 +20,8 @@ from elastocal.report.contents import Contents
 from elastocal.report.layout import two_widths
 from elastocal.report.path_picture import magnification, path_picture
 from elastocal.report.scene import path_scene
-from elastocal.report.section import Part, Section
-from elastocal.report.tables import Row, Table
+from elastocal.report.section import Chapter, Section
+from elastocal.report.tables import BarTable, Row
 from elastocal.wording import together, worded
 from elastocal.wording.lists import counted
 from elastocal.wording.numbers import length, plain
@@ -30,7 +30,7 @@ _NOTHING = 1e-9  # an error that is not worth a line [m]
 _MOST_ALARMS = 8
 
 
-def compensation_part(contents: Contents) -> Part | None:
+def compensation_chapter(contents: Contents) -> Chapter | None:
     """The sections of the compensation."""
     done = contents.compensation
     if done is None:
@@ -41,7 +41,7 @@ def compensation_part(contents: Contents) -> Part | None:
         Section("remaining", "What remains", _remaining(contents, done)),
         Section("corrections", "Corrections", _corrections(done)),
     )
-    return Part("Compensation", sections)
+    return Chapter("Compensation", sections)
 
 
 def rms(error: Array) -> float:
@@ -191,7 +191,7 @@ def _remaining(contents: Contents, done: Compensation) -> dict[str, Any]:
         "chart": two_widths(
             lambda width: error_chart(way, title, lines, 2.0 * expected(done), width)
         ),
-        "table": Table(
+        "table": BarTable(
             ("Position error", "Root mean square", "Mean", "Median", "Largest"), tuple(rows)
         ),
         "alarms": alarms(done),

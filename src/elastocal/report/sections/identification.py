@@ -29,7 +29,7 @@ from elastocal.report.intervals import Family, families
 from elastocal.report.layout import two_widths
 from elastocal.report.residual_figures import residual_figures
 from elastocal.report.scene import vector_scene
-from elastocal.report.section import Part, Section
+from elastocal.report.section import Chapter, Section
 from elastocal.report.verdict import Tile
 from elastocal.wording import worded
 from elastocal.wording.lists import counted
@@ -39,7 +39,7 @@ from elastocal.wording.numbers import sure as sure_of
 _WORST = 3  # combinations shown
 
 
-def identification_part(contents: Contents) -> Part | None:
+def identification_chapter(contents: Contents) -> Chapter | None:
     """The sections of the identification."""
     found = contents.identification
     if found is None:
@@ -65,7 +65,7 @@ def identification_part(contents: Contents) -> Part | None:
         Section("influence", "Influence", _influence(found)),
         Section("correlation", "Correlation", _correlation(found)),
     )
-    return Part("Identification", sections)
+    return Chapter("Identification", sections)
 
 
 def remarks(found: Identification) -> tuple[str, ...]:

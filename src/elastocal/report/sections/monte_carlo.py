@@ -14,8 +14,8 @@ from elastocal.report.charts.cloud import cloud_chart
 from elastocal.report.charts.histograms import histogram_chart
 from elastocal.report.contents import Contents
 from elastocal.report.layout import two_widths
-from elastocal.report.section import Part, Section
-from elastocal.report.tables import Row, Table
+from elastocal.report.section import Chapter, Section
+from elastocal.report.tables import BarTable, Row
 from elastocal.simulation.monte_carlo import Campaigns, MonteCarlo
 from elastocal.simulation.prediction import (
     PROMISED,
@@ -31,7 +31,7 @@ from elastocal.wording.numbers import fixed, length, number, percent, shown_unit
 _MOST_MARKS = 3  # plans with marks of their own
 
 
-def monte_carlo_part(contents: Contents) -> Part | None:
+def monte_carlo_chapter(contents: Contents) -> Chapter | None:
     """The sections of the virtual campaigns."""
     found = contents.monte_carlo
     if found is None:
@@ -40,7 +40,7 @@ def monte_carlo_part(contents: Contents) -> Part | None:
         Section("monte-carlo", "Virtual campaigns", _errors(found)),
         Section("coverage", "Estimates", _estimates(contents, found)),
     )
-    return Part("Monte Carlo", sections)
+    return Chapter("Monte Carlo", sections)
 
 
 def monte_carlo_remarks(found: MonteCarlo | None) -> tuple[str, ...]:
@@ -76,7 +76,7 @@ def _errors(found: MonteCarlo) -> dict[str, Any]:
         "poses": len(found.test_poses),
         "sigma": found.how.sigma,
         "chart": two_widths(lambda width: histogram_chart(found.plans, predicted, width)),
-        "table": Table(heads, rows),
+        "table": BarTable(heads, rows),
         "compared": _compared(found),
         "remarks": monte_carlo_remarks(found),
     }
@@ -133,7 +133,7 @@ def _estimates(contents: Contents, found: MonteCarlo) -> dict[str, Any]:
     tests = [(p.name, number(p.likelihood_ratio()[1], 2)) for p in found.plans]
     return {
         "chart": two_widths(lambda w: calibration_chart(statistics, found.springs, names, w)),
-        "table": Table(("Coverage", *(p.name for p in found.plans)), rows),
+        "table": BarTable(("Coverage", *(p.name for p in found.plans)), rows),
         "clouds": _clouds(contents, found) if len(found.springs) > 1 else [],
         "tests": tests,
         "others": len(found.plans) - len(shown),

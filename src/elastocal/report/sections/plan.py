@@ -14,7 +14,7 @@ from markupsafe import Markup
 
 from elastocal.arrays import Array
 from elastocal.drawing.picture import group, portrait
-from elastocal.drawing.stage import Figure, Stage
+from elastocal.drawing.stage import DrawnCase, Stage
 from elastocal.planning.assessment import Assessment
 from elastocal.planning.plan import Plan
 from elastocal.planning.trade_off import TradeOff
@@ -28,12 +28,12 @@ from elastocal.report.layout import two_widths
 from elastocal.report.planned_stage import planned_stage
 from elastocal.report.run_sheet import run_sheet, tool_points, way_home
 from elastocal.report.scene import scene
-from elastocal.report.section import Part, Section
+from elastocal.report.section import Chapter, Section
 from elastocal.report.verdict import bound_of, verdict
 from elastocal.wording.numbers import number
 
 
-def plan_part(contents: Contents, *, alone: bool) -> Part | None:
+def plan_chapter(contents: Contents, *, alone: bool) -> Chapter | None:
     """The sections of the plan; `alone` if the page has no other stage."""
     plan = contents.plan
     if plan is None:
@@ -68,7 +68,7 @@ def plan_part(contents: Contents, *, alone: bool) -> Part | None:
         curves = _trade_off(plan, contents.trade_off)
         if curves:
             sections.insert(3, Section("effort", "How many", {"curves": curves}))
-    return Part("Plan", tuple(sections))
+    return Chapter("Plan", tuple(sections))
 
 
 def _robot(plan: Plan, drawn: Stage) -> dict[str, Any]:
@@ -140,6 +140,6 @@ def _certificate(plan: Plan, drawn: Stage, proof: tuple[str, ...]) -> dict[str, 
     }
 
 
-def _alone(figure: Figure, drawn: Stage) -> Markup:
+def _alone(figure: DrawnCase, drawn: Stage) -> Markup:
     """A figure at a scale of its own."""
     return portrait(figure, replace(drawn, planned=(), tests=(), peak=(figure,)))

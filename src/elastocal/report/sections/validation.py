@@ -14,18 +14,18 @@ from elastocal.report.charts.dumbbells import dumbbell_chart
 from elastocal.report.charts.strips import Strips, strips_chart
 from elastocal.report.contents import Contents
 from elastocal.report.layout import two_widths
-from elastocal.report.section import Part, Section
-from elastocal.report.tables import Row, Table
+from elastocal.report.section import Chapter, Section
+from elastocal.report.tables import BarTable, Row
 from elastocal.wording.lists import counted
 from elastocal.wording.numbers import length, number, percent, sure
 
 
-def validation_part(contents: Contents) -> Part | None:
+def validation_chapter(contents: Contents) -> Chapter | None:
     """The section of the validation."""
     found = contents.validation
     if found is None:
         return None
-    return Part("Validation", (Section("validation", "Before and after", _values(found)),))
+    return Chapter("Validation", (Section("validation", "Before and after", _values(found)),))
 
 
 def removed(found: Validation) -> float:
@@ -83,7 +83,7 @@ def _values(found: Validation) -> dict[str, Any]:
         "origin": origin(found),
         "kept_aside": found.kept_aside,
         "dumbbells": two_widths(lambda w: dumbbell_chart(before, after, data.names, w)),
-        "table": Table(("Length of the error", "Before", "After", "Removed"), rows),
+        "table": BarTable(("Length of the error", "Before", "After", "Removed"), rows),
         "inside": percent(found.inside),
         "predicted": found.coordinates,
         "promised": sure(found.confidence),
