@@ -36,7 +36,7 @@ def main(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     ec.write_plan(plan, folder / "plan.json")
     ec.write_run_sheet(plan, folder / "plan.csv")
-    page = ec.html(plan, random=random)
+    page = ec.html(ec.Contents(plan, random=random))
     (folder / "report.html").write_text(page, encoding="utf-8")
     print("wrote", ", ".join(sorted(path.name for path in folder.iterdir())))
 

@@ -88,6 +88,7 @@ _PUBLIC = {
     "campaign_program": "elastocal.programs.campaign_program",
     "path_program": "elastocal.programs.robot_program",
     "export": "elastocal.programs.writers",
+    "Contents": "elastocal.report.contents",
     "html": "elastocal.report",
 }
 

@@ -13,6 +13,7 @@ from elastocal.constraints import Clearance
 from elastocal.constraints.cell import CollisionRules, clearances
 from elastocal.drawing.obstacles import solid_of
 from elastocal.report import html
+from elastocal.report.contents import Contents
 from elastocal.report.planned_stage import planned_stage
 from elastocal.report.scene import scene
 from elastocal.robot.chain import transform
@@ -78,7 +79,7 @@ def test_obstacles_are_in_the_scene_with_their_names(mesh: Path) -> None:
 
 
 def test_via_points_are_on_the_run_sheet(mesh: Path) -> None:
-    words = " ".join(visible(html(plan_in_a_cell(mesh))).split())
+    words = " ".join(visible(html(Contents(plan_in_a_cell(mesh)))).split())
     assert "On the way there pass, without stopping: A1 10" in words
     assert "On the way home pass, without stopping: A1 33" in words
-    assert "without stopping" not in visible(html(kuka_plan()))
+    assert "without stopping" not in visible(html(Contents(kuka_plan())))

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import get_args
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.stats import chi
 
 from elastocal.fitting.robust import LOSSES, Bisquare, Huber, inflation, robust_scale
+from elastocal.identification.choices import LossName
 
 DENSITY = chi(3).pdf
 
@@ -26,6 +29,10 @@ def test_the_threshold_keeps_95_percent_of_the_efficiency(loss: Huber | Bisquare
     bend = mean(lambda r: loss.weight(r) + loss.slope(r) * r / 3.0)
     spread = mean(lambda r: (loss.weight(r) * r) ** 2) / 3.0
     assert bend**2 / spread == pytest.approx(0.95, abs=1e-4)
+
+
+def test_every_choice_of_a_fit_has_its_loss() -> None:
+    assert tuple(LOSSES) == get_args(LossName)
 
 
 @pytest.mark.parametrize("name", LOSSES)

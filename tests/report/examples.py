@@ -25,6 +25,7 @@ from elastocal.planning.assessment import assess
 from elastocal.planning.certificate import Certificate
 from elastocal.planning.plan import Plan
 from elastocal.planning.trade_off import TradeOff
+from elastocal.report.contents import Contents
 from elastocal.robot.chain import Joint, Robot, Tool, transform
 from elastocal.robot.sources import kuka_kr270, three_link
 from elastocal.simulation.monte_carlo import MonteCarlo, campaigns
@@ -209,12 +210,14 @@ def campaign_page(name: str) -> str:
     """The page of a campaign with all its stages."""
     plan = PLANS[name]()
     return report.html(
-        plan,
-        identification=identified(name),
-        references={"made up": truth_of(plan)},
-        validation=validated(name),
-        compensation=compensated(name),
-        judged=judged(name),
-        control=judged(name, -1.0),
-        monte_carlo=simulated(name),
+        Contents(
+            plan,
+            identification=identified(name),
+            references={"made up": truth_of(plan)},
+            validation=validated(name),
+            compensation=compensated(name),
+            judged=judged(name),
+            control=judged(name, -1.0),
+            monte_carlo=simulated(name),
+        )
     )

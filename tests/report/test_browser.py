@@ -14,6 +14,7 @@ from elastocal.files.study.study_file import read_study
 from elastocal.planning.plan import plan
 from elastocal.planning.trade_off import TradeOff, random_plans
 from elastocal.report import html
+from elastocal.report.contents import Contents
 from tests.report.examples import campaign_page
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -53,7 +54,8 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
     curves = TradeOff(counts, curve, 0.99 * curve, np.array([2, 3]), np.array([1.07, 1.0]) * rho0)
     page = tmp_path_factory.mktemp("report") / "report.html"
     page.write_text(
-        html(made, trade_off=curves, random=random_plans(study, 300), others={}), encoding="utf-8"
+        html(Contents(made, trade_off=curves, random=random_plans(study, 300), others={})),
+        encoding="utf-8",
     )
     return page
 

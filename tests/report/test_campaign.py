@@ -22,6 +22,7 @@ from elastocal.measuring.measurements import chosen
 from elastocal.report.charts.axes import shortened
 from elastocal.report.charts.correlation import _colour
 from elastocal.report.charts.strips import Strips
+from elastocal.report.contents import Contents
 from elastocal.report.intervals import decimals_of
 from elastocal.simulation.virtual_campaign import Outliers, simulate
 from elastocal.wording import worded
@@ -132,8 +133,8 @@ def test_no_remarks_is_said() -> None:
     data = simulate(plan.study, truth_of(plan), cases, np.ones(40, dtype=int), rng)
     found = identify(plan.study.arm, data)
     assert doubts(found) == ()
-    assert "Nothing weak was found" in visible(report.html(plan, identification=found))
-    assert "No weak points" in visible(report.html(plan, identification=found))
+    assert "Nothing weak was found" in visible(report.html(Contents(plan, identification=found)))
+    assert "No weak points" in visible(report.html(Contents(plan, identification=found)))
 
 
 def test_state_in_plain_words() -> None:
@@ -149,7 +150,7 @@ def test_state_in_plain_words() -> None:
 
 
 def test_what_is_missing_is_said() -> None:
-    top = visible(report.html(identification=identified("three-link")).split("<nav")[0])
+    top = visible(report.html(Contents(identification=identified("three-link"))).split("<nav")[0])
     assert "no plan in this report" in top
     assert "not validated yet" in top
     assert "no path compensated yet" in top
@@ -170,7 +171,7 @@ def test_remaining_error_against_what_was_expected() -> None:
 
 
 def test_control_and_truth_only_if_given() -> None:
-    words = visible(report.html(compensation=compensated("three-link")))
+    words = visible(report.html(Contents(compensation=compensated("three-link"))))
     assert "negative control" not in words
     assert "true robot" not in words
     assert "its own judge" in words
@@ -185,7 +186,7 @@ def test_points_without_solution_raise_an_alarm() -> None:
     hostile = Doubt("beyond-limit", (HOSTILE,), numbers=numbers, unit="rad")
     doubts = tuple(() if ok else (hostile,) for ok in converged)
     broken = replace(done, converged=converged, q=q, after=after, doubts=doubts)
-    page = without_plotly(report.html(compensation=broken))
+    page = without_plotly(report.html(Contents(compensation=broken)))
     assert "Do not run the corrected path" in visible(page.split("<nav")[0])
     assert "3 points of 30 cannot be corrected" in visible(page)
     assert "points 5 to 7" in visible(page)
@@ -196,25 +197,25 @@ def test_points_without_solution_raise_an_alarm() -> None:
 def test_linear_rule_shows_what_it_leaves() -> None:
     done = compensated("three-link")
     linear = replace(done, rule="linear", after=0.01 * done.before)
-    assert "left by the linear rule" in visible(report.html(compensation=linear))
+    assert "left by the linear rule" in visible(report.html(Contents(compensation=linear)))
 
 
 def test_a_single_point_is_a_path_too() -> None:
     done = compensated("gantry")
     one = compensate(done.arm, done.model, LoadCases(done.cases.q[:1], done.cases.wrench[:1]))
-    assert 'id="remaining"' in report.html(compensation=one)
+    assert 'id="remaining"' in report.html(Contents(compensation=one))
 
 
 def test_nothing_that_bends() -> None:
     done = compensated("three-link")
     idle = compensate(done.arm, done.model, LoadCases(done.cases.q, 0.0 * done.cases.wrench))
-    assert "nothing to compensate" in visible(report.html(compensation=idle))
+    assert "nothing to compensate" in visible(report.html(Contents(compensation=idle)))
 
 
 def test_an_exact_model_is_not_taken_for_a_perfect_robot() -> None:
     done = compensated("three-link")
     exact = compensate(done.arm, truth_of(three_link_plan()), done.cases)
-    assert "given without uncertainty" in visible(report.html(compensation=exact))
+    assert "given without uncertainty" in visible(report.html(Contents(compensation=exact)))
 
 
 def test_virtual_campaigns_against_prediction() -> None:
@@ -224,20 +225,24 @@ def test_virtual_campaigns_against_prediction() -> None:
         assert length(plan.rho0) in words
         assert length(plan.rms) in words
     assert "The predicted errors are found" in words
-    assert "distribution predicted" in visible(report.html(monte_carlo=found))  # also alone
+    assert "distribution predicted" in visible(
+        report.html(Contents(monte_carlo=found))
+    )  # also alone
 
 
 def test_broken_predictions_are_weak_points() -> None:
     found = simulated("three-link")
     wrong = replace(found.plans[0], rho0_each=0.5 * found.plans[0].rho0_each)
     small = replace(wrong, standard_error=0.5 * wrong.standard_error)
-    words = visible(report.html(monte_carlo=replace(found, plans=(small,))).split("<nav")[0])
+    words = visible(
+        report.html(Contents(monte_carlo=replace(found, plans=(small,)))).split("<nav")[0]
+    )
     assert "times the predicted" in words
     assert "do not cover the truth" in words
 
 
 def test_left_out_in_turn_is_said() -> None:
-    page = visible(report.html(validation=leave_one_out(identified("three-link"))))
+    page = visible(report.html(Contents(validation=leave_one_out(identified("three-link")))))
     assert "each left out in turn; nothing was kept aside" in page
     assert "weaker test" in page
 
@@ -246,7 +251,9 @@ def test_a_wrong_model_is_not_praised() -> None:
     plan = three_link_plan()
     truth = truth_of(plan)
     wrong = replace(truth, compliance=-truth.compliance)
-    page = visible(report.html(validation=validate(plan.study.arm, wrong, measured("three-link"))))
+    page = visible(
+        report.html(Contents(validation=validate(plan.study.arm, wrong, measured("three-link"))))
+    )
     assert "the error is larger than without it" in page
     assert "larger than noise and uncertain compliances make" in page
     assert "No weak points" not in page
@@ -261,7 +268,7 @@ def test_interval_that_contains_zero_is_marked() -> None:
     )
     found = identify(plan.study.arm, data)
     assert found.interval[2, 0] < 0.0 < found.interval[2, 1]
-    page = report.html(identification=found)
+    page = report.html(Contents(identification=found))
     assert '<tr class="open">' in page
     assert "∞" in visible(page)
 
@@ -278,7 +285,7 @@ def test_outlier_leaves_the_band_and_is_named() -> None:
         outliers=Outliers(0.1, 1e-3),
     )
     found = identify(plan.study.arm, data, Fit(sigma="estimated"))
-    page = report.html(identification=found)
+    page = report.html(Contents(identification=found))
     assert 'class="far"' in page.split('id="residuals"')[1].split("</section>")[0]
     worst = data.names[int(np.nanargmax(found.influence.cook))]
     influence = page.split('id="influence"')[1].split("</section>")[0]
@@ -296,16 +303,18 @@ def test_hostile_text_is_escaped() -> None:
     arm = replace(plan.study.arm, springs=named)
     found = identify(arm, hostile)
     page = report.html(
-        plan,
-        identification=found,
-        references={HOSTILE: found.model},
-        validation=leave_one_out(found),
-        monte_carlo=replace(
-            simulated("three-link"),
-            springs=found.identified,
-            known=(HOSTILE,),
-            plans=(replace(simulated("three-link").plans[0], name=HOSTILE),),
-        ),
+        Contents(
+            plan,
+            identification=found,
+            references={HOSTILE: found.model},
+            validation=leave_one_out(found),
+            monte_carlo=replace(
+                simulated("three-link"),
+                springs=found.identified,
+                known=(HOSTILE,),
+                plans=(replace(simulated("three-link").plans[0], name=HOSTILE),),
+            ),
+        )
     )
     page = without_plotly(page)
     assert page.count("<script") == page.count("</script>") == 4
@@ -320,7 +329,9 @@ def test_a_long_campaign_stays_a_small_page() -> None:
     cases = LoadCases(q, np.tile([300.0, 200.0, -800.0, 0.0, 0.0, 0.0], (3000, 1)))
     data = simulate(plan.study, truth_of(plan), cases, np.ones(3000, dtype=int), rng)
     found = identify(plan.study.arm, data)
-    page = without_plotly(report.html(plan, identification=found, validation=leave_one_out(found)))
+    page = without_plotly(
+        report.html(Contents(plan, identification=found, validation=leave_one_out(found)))
+    )
     assert len(page) < 4_000_000
     assert "2988 further configurations" in visible(page)
     assert re.search(r"2\d{3} further readings, none of them the farthest out", visible(page))
@@ -330,7 +341,7 @@ def test_a_single_compliance() -> None:
     plan = three_link_plan()
     arm = replace(plan.study.arm, springs=_first(plan.study.springs))
     found = identify(arm, chosen(measured("three-link"), np.arange(6) < 4))
-    assert "nothing to be told apart" in visible(report.html(identification=found))
+    assert "nothing to be told apart" in visible(report.html(Contents(identification=found)))
 
 
 def _first(springs):  # type: ignore[no-untyped-def]
@@ -341,18 +352,20 @@ def _first(springs):  # type: ignore[no-untyped-def]
 
 def test_nothing_to_show_is_refused() -> None:
     with pytest.raises(InputError, match="a report needs"):
-        report.html()
+        report.html(Contents())
 
 
 def test_same_values_same_report() -> None:
     found = identified("three-link")
-    assert report.html(identification=found) == report.html(identification=found)
+    assert report.html(Contents(identification=found)) == report.html(
+        Contents(identification=found)
+    )
 
 
 def test_remarks_say_which_readings_they_are_about() -> None:
     found = validated("three-link")
     odd = replace(found, measurements=replace(found.measurements, remarks=("row 3 is odd",)))
-    top = visible(report.html(validation=odd).split("<nav")[0])
+    top = visible(report.html(Contents(validation=odd)).split("<nav")[0])
     assert "readings kept aside: row 3 is odd" in top
 
 

@@ -18,6 +18,7 @@ from elastocal.drawing.svg import Scale
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.planning.assessment import assess
 from elastocal.planning.certificate import Certificate
+from elastocal.report.contents import Contents
 from elastocal.robot.chain import Robot
 from elastocal.robot.posture import forward_kinematics
 from elastocal.robot.sources import three_link
@@ -53,7 +54,9 @@ def page_of(name: str) -> str:
     plan = PLANS[name]()
     random = plan.assessment.rho0 * np.array([1.5, 2.0, 2.5, 3.0, np.inf])
     page = report.html(
-        plan, trade_off=trade_off_of(plan), random=random, others={"last year": plan.assessment}
+        Contents(
+            plan, trade_off=trade_off_of(plan), random=random, others={"last year": plan.assessment}
+        )
     )
     return without_plotly(page)
 
@@ -101,7 +104,7 @@ class TestEveryRobot:
         assert scene["layout"]["scene"]["aspectmode"] == "data"
 
     def test_without_anything_to_compare_with(self, name: str) -> None:
-        page = report.html(PLANS[name]())
+        page = report.html(Contents(PLANS[name]()))
         assert 'id="effort"' not in page
         assert 'id="worth"' in page
 
@@ -137,7 +140,7 @@ def test_no_certificate_is_said() -> None:
     plan = three_link_plan()
     study = replace(plan.study, criterion="O2")
     plain = replace(plan, study=study, criterion="O2", certificate=Certificate("O2", "none"))
-    page = visible(report.html(plain))
+    page = visible(report.html(Contents(plain)))
     assert "Criterion O2 has no certificate" in page
     assert "Lower bound" not in page
     assert "Efficiency" not in page
@@ -146,13 +149,13 @@ def test_no_certificate_is_said() -> None:
 def test_floor_is_said() -> None:
     plan = three_link_plan()
     floored = replace(plan, certificate=replace(plan.certificate, floored=True))
-    assert "A floor was used" in visible(report.html(floored))
+    assert "A floor was used" in visible(report.html(Contents(floored)))
 
 
 def test_bound_of_another_criterion_is_not_drawn_as_rho0() -> None:
     plan = three_link_plan()
     other = replace(plan.certificate, criterion="D", lower_bound=1e-8)
-    page = visible(report.html(replace(plan, criterion="D", certificate=other)))
+    page = visible(report.html(Contents(replace(plan, criterion="D", certificate=other))))
     assert "Lower bound" not in page
     assert "under criterion D" in page
 
@@ -172,7 +175,9 @@ def test_unidentifiable_plan_is_reported() -> None:
     one = LoadCases(plan.load_cases.q[:1], plan.load_cases.wrench[:1])
     assessment = assess(plan.study, one, np.array([0]))
     poor = replace(plan, load_cases=one, repeats=np.array([0]), assessment=assessment)
-    page = visible(report.html(poor, trade_off=trade_off_of(plan), random=np.array([np.inf])))
+    page = visible(
+        report.html(Contents(poor, trade_off=trade_off_of(plan), random=np.array([np.inf])))
+    )
     assert "do not tell all compliances apart" in page
     assert "ρ 0 is infinite" in page
 
@@ -194,14 +199,14 @@ def test_hostile_text_is_escaped() -> None:
     posed = replace(plan.study.test_poses[0], name=HOSTILE)
     study = replace(plan.study, test_poses=(posed, replace(posed, case=None)))
     plan = replace(plan, study=study, assessment=assess(study, plan.load_cases, plan.repeats))
-    page = without_plotly(report.html(plan, others={HOSTILE: plan.assessment}))
+    page = without_plotly(report.html(Contents(plan, others={HOSTILE: plan.assessment})))
     assert page.count("<script") == page.count("</script>") == 3
     assert "<img" not in page
     assert page.count("alert(&#39;x&#39;)") > 8
 
 
 def test_same_plan_same_report() -> None:
-    assert report.html(three_link_plan()) == report.html(three_link_plan())
+    assert report.html(Contents(three_link_plan())) == report.html(Contents(three_link_plan()))
 
 
 def test_skeleton_ends_where_kinematics_says() -> None:

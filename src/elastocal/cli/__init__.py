@@ -1,7 +1,8 @@
 """One command per verb: read files, call one function, write a file.
 
 Exit codes: 0 done, 2 bad input, 3 infeasible, 4 not identifiable, 130 stopped by the user.
-Everything heavy is imported inside the commands, so that --help answers at once.
+Everything heavy is imported inside the commands, so that --help answers at once. Commands do not
+import each other: what several need is in `inputs`, `planning`, `stages` and `programs`.
 """
 
 from importlib import import_module

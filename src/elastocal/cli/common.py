@@ -4,18 +4,14 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from dataclasses import replace
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from elastocal import __version__
 from elastocal.errors import ElastocalError, InputError
-
-if TYPE_CHECKING:
-    from elastocal.study.study import Study
 
 app = typer.Typer(
     help="Elastostatic calibration of robot arms: plan, identify, validate, compensate.",
@@ -28,6 +24,15 @@ app = typer.Typer(
 StudyPath = Annotated[Path, typer.Argument(help="Study file (YAML).", show_default=False)]
 Seed = Annotated[int, typer.Option(help="Same seed, same result.", min=0)]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON for programs.")]
+Readings = Annotated[
+    list[Path],
+    typer.Argument(metavar="MEASUREMENTS", help="Measured deflections (CSV).", show_default=False),
+]
+Mapping = Annotated[
+    Path | None, typer.Option(help="What foreign columns mean (YAML).", show_default=False)
+]
+Prior = Annotated[Path | None, typer.Option(help="Model from before, weighed by its covariance.")]
+Known = Annotated[Path | None, typer.Option(help="Model of further joints, taken as it is.")]
 
 
 def guarded(command: Callable[..., None]) -> Callable[..., None]:
@@ -68,44 +73,9 @@ def main(
     """Elastostatic calibration of robot arms: plan, identify, validate, compensate."""
 
 
-def study_at(path: Path) -> Study:
-    """The study in a file."""
-    from elastocal.files.study.study_file import read_study
-
-    return read_study(path)
-
-
-def study_of_plan(plan: Path, study: Path | None) -> Study:
-    """The study of a plan: the one in a file, or else the one embedded in the plan."""
-    from elastocal.files.study.embedded_study import embedded_study
-
-    return embedded_study(plan) if study is None else study_at(study)
-
-
 def demo_file(name: str) -> Path:
     """Where a file of the example that comes with the package is."""
     return Path(__file__).parents[1] / "demo" / name
-
-
-def overridden(
-    study: Study, count: int | None, configurations: int | None, criterion: str | None
-) -> Study:
-    """The study with what the command line says instead."""
-    experiments = study.experiments
-    if count is not None:
-        experiments = replace(experiments, count=count)
-    if configurations is not None:
-        experiments = replace(experiments, max_configurations=configurations)
-    if criterion is not None:
-        study = replace(study, criterion=criterion)
-    return replace(study, experiments=experiments)
-
-
-def progress(title: str) -> Any:
-    """A progress bar, as a context that yields a function to tell it."""
-    from elastocal.terminal.console import progress as bar
-
-    return bar(title)
 
 
 def writable(path: Path, *inputs: Path, suffix: str = "") -> None:

@@ -8,22 +8,20 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from elastocal.cli.common import Json, StudyPath, app, guarded, print_json, study_at, writable
+from elastocal.cli.common import Json, StudyPath, app, guarded, print_json, writable
 from elastocal.errors import InfeasibleError, InputError
 
 if TYPE_CHECKING:
-    from elastocal.arrays import Array
     from elastocal.compensation.compensate import Compensation
     from elastocal.files.paths.path_file import ToolPath
-    from elastocal.robot.chain import Tool
     from elastocal.study.study import Study
 
 Vector = tuple[float, float, float]
 
 
-@app.command()
+@app.command("compensate")
 @guarded
-def compensate(
+def compensate_command(
     study: StudyPath,
     model: Annotated[Path, typer.Argument(help="Compliances (JSON).", show_default=False)],
     path: Annotated[Path, typer.Argument(help="Path (CSV).", show_default=False)],
@@ -57,36 +55,35 @@ def compensate(
     """Correct a path for the deflection under its load; say what error remains."""
     import numpy as np
 
-    from elastocal.compensation import compensate as rules
-    from elastocal.elastic.compliance_model import merged_models
+    from elastocal.cli.inputs import models_at, start_of, tool_called
+    from elastocal.compensation.compensate import RULES, residual
     from elastocal.files.models.model_file import read_model
     from elastocal.files.paths.corrected_file import corrected_document, write_corrected
     from elastocal.files.paths.path_file import read_path
+    from elastocal.files.study.study_file import read_study
+    from elastocal.terminal.compensations import show_compensation
 
     given = [study, model, path, *(more or []), *([truth] if truth else [])]
     writable(out, *given, suffix=".csv")
-    known = {"nonlinear": rules.compensate, "linear": rules.compensate_linearly}
-    if rule not in known:
-        raise InputError(f"no rule {rule!r}; there are {', '.join(known)}")
-    what = study_at(study)
-    robot, used = what.robot, task_tool(what, tool)
-    compliances = merged_models([read_model(file, robot) for file in (model, *(more or []))])
+    if rule not in RULES:
+        raise InputError(f"no rule {rule!r}; there are {', '.join(RULES)}")
+    what = read_study(study)
+    used = tool_called(what, tool)
+    compliances = models_at([model, *(more or [])], what.robot)
     wrench = None
     if force_n is not None or torque_nm is not None:
         wrench = np.array([*(force_n or (0.0, 0.0, 0.0)), *(torque_nm or (0.0, 0.0, 0.0))])
-    task = read_path(path, robot, used, start_of(what, used, start), wrench)
+    task = read_path(path, what.robot, used, start_of(what, used, start), wrench)
     arm = replace(what.arm, springs=compliances.springs, tool=used)
-    done = known[rule](arm, compliances, task.cases)
-    residual = None
+    done = RULES[rule](arm, compliances, task.cases)
+    remaining = None
     if truth is not None:
-        true = read_model(truth, robot)
-        residual = rules.residual(replace(arm, springs=true.springs), true, done)
+        true = read_model(truth, what.robot)
+        remaining = residual(replace(arm, springs=true.springs), true, done)
     if as_json:
-        print_json(corrected_document(done, task, residual))
+        print_json(corrected_document(done, task, remaining))
     else:
-        from elastocal.terminal.compensations import show_compensation
-
-        show_compensation(done, task, residual)
+        show_compensation(done, task, remaining)
     _refuse(done, task)
     # The program first: it can be refused.
     files = _program(what, done, task, to, out, given) if to else []
@@ -99,7 +96,7 @@ def _program(
     study: Study, done: Compensation, task: ToolPath, to: str, out: Path, given: list[Path]
 ) -> list[Path]:
     """Write the corrected path as a robot program, named like the corrected file."""
-    from elastocal.cli.export import write_program
+    from elastocal.cli.programs import write_program
     from elastocal.programs.robot_program import Provenance, path_program
     from elastocal.programs.writers import Settings
 
@@ -129,36 +126,3 @@ def _refuse(done: Compensation, task: ToolPath) -> None:
                 f"{task.source}: {int(wrong.sum())} of {len(done)} points {what}, the first is "
                 f"point {task.names[i]} in line {task.lines[i]}: {together(done.doubts[i])}"
             )
-
-
-def task_tool(study: Study, name: str | None) -> Tool:
-    """The tool called `name`, else the one of all test poses."""
-    posed = {pose.tool.name: pose.tool for pose in study.test_poses if pose.tool is not None}
-    if name is None:
-        if len(posed) != 1:
-            raise InputError(
-                f"the test poses have {', '.join(posed) or 'no tool'}; name one with --tool"
-            )
-        return next(iter(posed.values()))
-    calibration = study.experiments.tool
-    tools = study.robot.tools | {calibration.name: calibration} | posed
-    if name not in tools:
-        raise InputError(f"no tool {name!r}; there are {', '.join(tools)}")
-    return tools[name]
-
-
-def start_of(study: Study, tool: Tool, text: str | None) -> Array:
-    """Configuration to start from: as named, else a test pose, with the same tool if possible."""
-    import numpy as np
-
-    if text is not None:
-        from elastocal.cli.export import home_values
-
-        return home_values(text, study.robot, "start")
-    poses = sorted(
-        (pose for pose in study.test_poses if pose.case is not None and pose.tool is not None),
-        key=lambda pose: pose.tool is None or pose.tool.name != tool.name,
-    )
-    if poses and poses[0].case is not None:
-        return poses[0].case.q[0]
-    return np.asarray(0.5 * (study.limits[0] + study.limits[1]))

@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from elastocal.cli.common import Seed, app, demo_file, guarded
-from elastocal.cli.plan import planned
 from elastocal.errors import InputError
 
 if TYPE_CHECKING:
     import numpy as np
 
+    from elastocal.arrays import IntArray
     from elastocal.elastic.compliance_model import ComplianceModel
     from elastocal.elastic.load_cases import LoadCases
     from elastocal.identification.result import Identification
+    from elastocal.identification.validation import Validation
     from elastocal.measuring.measurements import Measurements
     from elastocal.planning.plan import Plan
+    from elastocal.report.contents import Contents
+    from elastocal.simulation.monte_carlo import MonteCarlo
     from elastocal.study.study import Study
 
 GIVEN = ("study.yaml", "study_a1.yaml", "truth.json", "path.csv")
@@ -26,39 +30,46 @@ _KEPT_ASIDE = 8  # random experiments to validate with
 _CAMPAIGNS = 2000
 
 
-@app.command()
+@app.command("demo")
 @guarded
-def demo(
+def demo_command(
     folder: Annotated[Path, typer.Argument(help="Folder to write to.")] = Path("demo"),
     seed: Seed = 0,
 ) -> None:
     """Do the whole job on the KUKA KR 270 of the paper, from plan to corrected path and report."""
     import numpy as np
 
-    from elastocal.cli.report import write_report
+    from elastocal.cli.stages import write_report
     from elastocal.files.models.model_file import read_model
+    from elastocal.files.study.study_file import read_study
+    from elastocal.report.contents import Contents
 
     _prepare(folder)
-    studies = [_study(folder / name) for name in ("study.yaml", "study_a1.yaml")]
+    studies = [read_study(folder / name) for name in ("study.yaml", "study_a1.yaml")]
     truth = read_model(folder / "truth.json", studies[0].robot)
     rng = np.random.default_rng([seed, 2])
     _say("1. Plan the experiments that identify A2 to A6 under a hung weight")
-    made = _plan(studies[0], folder / "plan.json", seed)
+    plan = _plan(studies[0], folder / "plan.json", seed)
     _say("2. Measure and identify (a virtual robot bends; a virtual laser tracker measures)")
-    first = _measure(studies[0], truth, made, folder / "measurements.csv", rng)
-    found = _identify(studies[0], first, folder / "model_a2_a6.json")
+    first = _measure(plan, truth, folder / "measurements.csv", rng)
+    identification = _identify(studies[0], first, folder / "model_a2_a6.json")
     _say("3. The same for A1, which only a sideways force can move")
     other = _plan(studies[1], folder / "plan_a1.json", seed)
-    second = _measure(studies[1], truth, other, folder / "measurements_a1.csv", rng)
-    whole = _identify(studies[1], second, folder / "model.json", found.model)
+    second = _measure(other, truth, folder / "measurements_a1.csv", rng)
+    whole = _identify(studies[1], second, folder / "model.json", identification.model)
     _say(f"4. Validate on {_KEPT_ASIDE} experiments that were not used")
-    judged = _validate(studies[0], whole.model, truth, folder / "validation.csv", rng)
+    validation = _validate(studies[0], whole.model, truth, folder / "validation.csv", rng)
+    contents = Contents(
+        plan,
+        identification=identification,
+        references={"truth": truth},
+        validation=validation,
+    )
     _say("5. Correct a milling path of 200 points for the process force")
-    path = _compensate(studies[0], whole.model, truth, folder)
+    contents = _compensate(contents, whole.model, truth, folder)
     _say(f"6. Report, with {_CAMPAIGNS} campaigns like this one")
-    further = {"identification": found, "validation": judged, "references": {"truth": truth}}
-    further |= path | _campaigns(made, truth, rng)
-    write_report(made, folder / "report.html", {}, False, seed, further)
+    contents = replace(contents, monte_carlo=_campaigns(plan, truth, rng))
+    write_report(contents, folder / "report.html", quick=False, seed=seed)
     print(f"everything is in {folder}: " + ", ".join(sorted(p.name for p in folder.iterdir())))
 
 
@@ -87,13 +98,8 @@ def _prepare(folder: Path) -> None:
         write_text(folder / name, text)
 
 
-def _study(path: Path) -> Study:
-    from elastocal.files.study.study_file import read_study
-
-    return read_study(path)
-
-
 def _plan(study: Study, out: Path, seed: int) -> Plan:
+    from elastocal.cli.planning import planned
     from elastocal.terminal.plans import show_plan
 
     made = planned(study, out, seed)
@@ -102,37 +108,37 @@ def _plan(study: Study, out: Path, seed: int) -> Plan:
 
 
 def _measure(
-    study: Study, truth: ComplianceModel, plan: Plan, out: Path, rng: np.random.Generator
+    plan: Plan, truth: ComplianceModel, out: Path, rng: np.random.Generator
 ) -> Measurements:
     """A virtual campaign, written and read back as a real one would be."""
-    return _measured(study, truth, plan.load_cases, plan.repeats, out, rng)
+    return _measured(plan.study, truth, (plan.load_cases, plan.repeats), out, rng)
 
 
 def _measured(
-    study: Study, truth: ComplianceModel, cases: LoadCases, repeats: Any, out: Path,
+    study: Study,
+    truth: ComplianceModel,
+    plan: tuple[LoadCases, IntArray],
+    out: Path,
     rng: np.random.Generator,
-) -> Measurements:  # fmt: skip
+) -> Measurements:
     from elastocal.files.measurements.measurement_file import read_measurements, write_measurements
     from elastocal.simulation.virtual_campaign import simulate
 
-    write_measurements(simulate(study, truth, cases, repeats, rng), study.robot, out)
+    write_measurements(simulate(study, truth, *plan, rng), study.robot, out)
     return read_measurements(out, study)
 
 
 def _identify(
     study: Study, data: Measurements, out: Path, known: ComplianceModel | None = None
 ) -> Identification:
-    from elastocal.cli.identify import provenance
-    from elastocal.files.models.identification_section import identification_sections
-    from elastocal.files.models.model_file import write_model
+    from elastocal.cli.stages import write_identification
     from elastocal.identification.identify import identify
     from elastocal.terminal.identifications import show_identification
 
-    found = identify(study.arm, data, known=known)
-    origin, sections = provenance(study, data), identification_sections(found)
-    write_model(found.model, out, study.robot, provenance=origin, sections=sections)
-    show_identification(found)
-    return found
+    identification = identify(study.arm, data, known=known)
+    write_identification(study, identification, out)
+    show_identification(identification)
+    return identification
 
 
 def _validate(
@@ -141,47 +147,52 @@ def _validate(
     truth: ComplianceModel,
     out: Path,
     rng: np.random.Generator,
-) -> Any:
+) -> Validation:
     """Random experiments the model has not seen, and how well it predicts them."""
-    import numpy as np
-
     from elastocal.files.measurements.suspicious import kept_aside
     from elastocal.identification.validation import validate
     from elastocal.terminal.identifications import show_validation
 
-    cases = study.space.load_cases(study.space.sample(_KEPT_ASIDE, rng))
-    once = np.ones(len(cases), dtype=np.int64)
-    data = kept_aside(_measured(study, truth, cases, once, out, rng), study)
-    judged = validate(study.arm, model, data)
-    show_validation(judged)
-    return judged
+    data = _measured(study, truth, _random_plan(study, _KEPT_ASIDE, rng), out, rng)
+    validation = validate(study.arm, model, kept_aside(data, study))
+    show_validation(validation)
+    return validation
+
+
+def _random_plan(study: Study, count: int, rng: np.random.Generator) -> tuple[LoadCases, IntArray]:
+    """Random load cases that the study allows, each measured once."""
+    import numpy as np
+
+    cases = study.space.load_cases(study.space.sample(count, rng))
+    return cases, np.ones(count, dtype=np.int64)
 
 
 def _compensate(
-    study: Study, model: ComplianceModel, truth: ComplianceModel, folder: Path
-) -> dict[str, Any]:
-    """The corrected path, and what is left of its error on the true robot."""
-    from elastocal.cli.compensate import start_of, task_tool
-    from elastocal.cli.stages import compensated
+    contents: Contents, model: ComplianceModel, truth: ComplianceModel, folder: Path
+) -> Contents:
+    """The contents with a corrected path, and what is left of its error on the true robot."""
+    from elastocal.cli.inputs import start_of, tool_called
+    from elastocal.cli.stages import with_compensation
+    from elastocal.compensation.compensate import compensate
     from elastocal.files.paths.corrected_file import write_corrected
     from elastocal.files.paths.path_file import read_path
     from elastocal.terminal.compensations import show_compensation
 
-    done = compensated(study, folder / "path.csv", model, truth, None)
-    tool = task_tool(study, None)
-    task = read_path(folder / "path.csv", study.robot, tool, start_of(study, tool, None))
-    write_corrected(done["compensation"], task, folder / "corrected.csv")
-    show_compensation(done["compensation"], task, done["judged"])
-    return done
+    assert contents.plan is not None
+    study = contents.plan.study
+    tool = tool_called(study, None)
+    task = read_path(folder / "path.csv", study.robot, tool, start_of(study, tool))
+    arm = replace(study.arm, springs=model.springs, tool=tool)
+    done = compensate(arm, model, task.cases)
+    contents = with_compensation(contents, done, truth)
+    write_corrected(done, task, folder / "corrected.csv")
+    show_compensation(done, task, contents.judged)
+    return contents
 
 
-def _campaigns(plan: Plan, truth: ComplianceModel, rng: np.random.Generator) -> dict[str, Any]:
+def _campaigns(plan: Plan, truth: ComplianceModel, rng: np.random.Generator) -> MonteCarlo:
     """Thousands of such campaigns, beside those of a random plan of as many experiments."""
-    import numpy as np
-
     from elastocal.cli.stages import virtual_campaigns
 
-    space, count = plan.study.space, plan.count
-    random = space.load_cases(space.sample(count, rng))
-    others = {"a random plan": (random, np.ones(count, dtype=np.int64))}
-    return {"monte_carlo": virtual_campaigns(plan, others, truth, _CAMPAIGNS)}
+    others = {"a random plan": _random_plan(plan.study, plan.count, rng)}
+    return virtual_campaigns(plan, others, truth, _CAMPAIGNS)

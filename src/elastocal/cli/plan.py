@@ -9,29 +9,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from elastocal.cli.common import (
-    Json,
-    Seed,
-    StudyPath,
-    app,
-    guarded,
-    overridden,
-    print_json,
-    progress,
-    study_at,
-    writable,
-)
+from elastocal.cli.common import Json, Seed, StudyPath, app, guarded, print_json, writable
 from elastocal.errors import InfeasibleError, InputError
 
 if TYPE_CHECKING:
     from elastocal.planning.certificate import Bound
-    from elastocal.planning.plan import Plan
+    from elastocal.planning.evaluation import Evaluation
     from elastocal.study.study import Study
 
 
-@app.command()
+@app.command("plan")
 @guarded
-def plan(
+def plan_command(
     study: StudyPath,
     out: Annotated[
         Path, typer.Option("--out", "-o", help="Plan to write; the run sheet goes beside it.")
@@ -51,49 +40,52 @@ def plan(
     as_json: Json = False,
 ) -> None:
     """Plan the experiments; write plan.json and the run sheet plan.csv."""
-    writable(out, study, suffix=".json")
-    writable(out.with_suffix(".csv"), study)
-    what = study_at(study)
-    if after:
-        what = _rest(what, after)
-    what = overridden(what, count, max_configurations, criterion)
-    made = planned(what, out, seed)
-    if as_json:
-        from elastocal.files.plans.plan_file import plan_document
-
-        print_json(plan_document(made))
-        return
+    from elastocal.cli.planning import planned
+    from elastocal.files.plans.plan_file import plan_document
+    from elastocal.files.study.study_file import read_study
     from elastocal.terminal.plans import show_plan
 
+    writable(out, study, suffix=".json")
+    writable(out.with_suffix(".csv"), study)
+    what = read_study(study)
+    if after:
+        what = _rest(what, after)
+    made = planned(_overridden(what, count, max_configurations, criterion), out, seed)
+    if as_json:
+        print_json(plan_document(made))
+        return
     show_plan(made)
     print(f"wrote {out} and {out.with_suffix('.csv')}")
 
 
 def _rest(study: Study, measured: list[Path]) -> Study:
     """The study of what is left after the experiments in `measured`."""
-    from elastocal.cli.identify import readings, show_remarks
+    from elastocal.cli.inputs import readings
     from elastocal.planning.remaining import done, remaining
+    from elastocal.terminal.measurements import show_remarks
 
     data = readings(study, measured)
     show_remarks(data)
     return remaining(study, done(study, data))
 
 
-def planned(study: Study, out: Path, seed: int) -> Plan:
-    """Plan a study, and write the plan and its run sheet beside it."""
-    from elastocal.files.plans.plan_file import write_plan, write_run_sheet
-    from elastocal.planning.plan import plan as make
+def _overridden(
+    study: Study, count: int | None, configurations: int | None, criterion: str | None
+) -> Study:
+    """The study with what the command line says instead."""
+    experiments = study.experiments
+    if count is not None:
+        experiments = replace(experiments, count=count)
+    if configurations is not None:
+        experiments = replace(experiments, max_configurations=configurations)
+    if criterion is not None:
+        study = replace(study, criterion=criterion)
+    return replace(study, experiments=experiments)
 
-    with progress("planning") as tell:
-        made = make(study, seed=seed, progress=tell)
-    write_plan(made, out)
-    write_run_sheet(made, out.with_suffix(".csv"))
-    return made
 
-
-@app.command()
+@app.command("evaluate")
 @guarded
-def evaluate(
+def evaluate_command(
     study: StudyPath,
     plans: Annotated[
         list[Path], typer.Argument(help="Plans (JSON or CSV), side by side.", show_default=False)
@@ -105,41 +97,35 @@ def evaluate(
     as_json: Json = False,
 ) -> None:
     """Judge plans from the study alone; refuse what breaks a constraint or claims too much."""
-    from elastocal.files.plans.plan_file import study_hash
-    from elastocal.files.plans.proposal_file import read_proposal
-    from elastocal.planning.evaluation import evaluate as judge
-    from elastocal.planning.remaining import knowing
+    from elastocal.cli.inputs import note_origin, proposals
+    from elastocal.cli.planning import bound
+    from elastocal.files.plans.proposal_file import study_for
+    from elastocal.files.study.study_file import read_study
+    from elastocal.planning.evaluation import evaluate
     from elastocal.planning.trade_off import random_plans
     from elastocal.study.study import with_count
+    from elastocal.terminal.plans import show_evaluations
 
-    what = study_at(study)
+    what = read_study(study)
     results = {}
     bounds: dict[tuple[str, str, int], Bound] = {}
     studies: dict[int, Study] = {}
-    for path in plans:
-        proposal = read_proposal(path, what)
-        name = path.name if path.name not in results else str(path)
-        if proposal.study_hash and proposal.study_hash != study_hash(what):
-            print(f"note: {name} was made from another version of the study", file=sys.stderr)
-        if proposal.robot_hash and proposal.robot_hash != what.robot.sha256:
-            print(f"note: {name} was made with another robot file", file=sys.stderr)
-        m = int(proposal.repeats.sum())
-        if proposal.done is not None:
+    for name, proposal in proposals(plans, what).items():
+        note_origin(name, proposal, what)
+        m, done = proposal.count, proposal.done
+        if done is not None:
             print(
-                f"note: {name} counts the information of {proposal.done.experiments} experiments "
-                f"measured before it ({proposal.done.source})",
+                f"note: {name} counts the information of {done.experiments} experiments "
+                f"measured before it ({done.source})",
                 file=sys.stderr,
             )
         # A plan is judged by the criterion it was made for.
-        wanted = replace(what, criterion=proposal.criterion or what.criterion)
-        if proposal.done is not None:
-            wanted = knowing(wanted, proposal.done)
-        before = "" if proposal.done is None else proposal.done.sha256
+        wanted = studies[m] = study_for(proposal, what)
+        before = "" if done is None else done.sha256
         key = (wanted.criterion, before, m if wanted.prior.any() else 0)
-        studies[m] = wanted
         if key not in bounds:
             bounds[key] = bound(wanted, m, seed)
-        result = judge(
+        result = evaluate(
             wanted,
             proposal.load_cases,
             proposal.repeats,
@@ -154,25 +140,11 @@ def evaluate(
     if as_json:
         print_json({name: _evaluation(*entry) for name, entry in results.items()})
     else:
-        from elastocal.terminal.plans import show_evaluations
-
         show_evaluations(what, results, rho0)
     _refuse(results)
 
 
-def bound(study: Study, count: int, seed: int) -> Bound:
-    """A bound computed anew, from another stream of random numbers than the planner's."""
-    import numpy as np
-
-    from elastocal.planning.certificate import lower_bound
-    from elastocal.study.study import with_count
-
-    with progress("bound") as tell:
-        rng = np.random.default_rng([seed, 1])
-        return lower_bound(with_count(study, count), rng, progress=tell)
-
-
-def _refuse(results: dict[str, Any]) -> None:
+def _refuse(results: dict[str, tuple[int, int, Evaluation]]) -> None:
     """Leave with the exit code of the first plan that does not hold."""
     from elastocal.errors import IdentifiabilityError
     from elastocal.wording import worded
@@ -188,7 +160,7 @@ def _refuse(results: dict[str, Any]) -> None:
             raise InputError(f"{name}: {worded(result.objections[0])}")
 
 
-def _evaluation(count: int, configurations: int, result: Any) -> dict[str, Any]:
+def _evaluation(count: int, configurations: int, result: Evaluation) -> dict[str, Any]:
     from elastocal.wording import worded
 
     worth, proof = result.assessment, result.certificate

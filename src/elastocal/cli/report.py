@@ -2,34 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
-from elastocal.cli.common import (
-    Seed,
-    app,
-    guarded,
-    progress,
-    study_at,
-    writable,
-)
-from elastocal.cli.identify import Known, Mapping, Prior
-from elastocal.cli.stages import Files, stages, virtual_campaigns
+from elastocal.cli.common import Known, Mapping, Prior, Seed, app, guarded, writable
 from elastocal.errors import InputError
-
-if TYPE_CHECKING:
-    from elastocal.planning.plan import Plan
 
 Measured = Annotated[
     list[Path] | None, typer.Option("--measurements", help="Measured deflections (CSV).")
 ]
 
 
-@app.command()
+@app.command("report")
 @guarded
-def report(
+def report_command(
     plan_file: Annotated[Path, typer.Argument(metavar="PLAN", help="Plan (JSON).")],
     out: Annotated[Path, typer.Option("--out", "-o", help="Page to write.")] = Path("report.html"),
     study: Annotated[
@@ -64,52 +53,28 @@ def report(
 
     Whatever follows the plan is computed again from the files that are named.
     """
+    from elastocal.cli.inputs import Files, proposals
+    from elastocal.cli.stages import stages, virtual_campaigns, write_report
     from elastocal.files.models.model_file import read_model
     from elastocal.files.plans.plan_file import read_plan
-    from elastocal.files.plans.proposal_file import read_proposal
+    from elastocal.files.study.study_file import read_study
     from elastocal.planning.assessment import assess
+    from elastocal.terminal.console import progress
 
     files = Files(measurements or [], model, mapping, prior, known, validation or [], path, truth)
     if campaigns is not None and truth is None:
         raise InputError("--campaigns needs --truth: true compliances to simulate with")
     writable(out, plan_file, *([study] if study else []), *(vs or []), *files.all)
-    given = None if study is None else study_at(study)
+    given = None if study is None else read_study(study)
     with progress("bound") as tell:
-        shown = read_plan(plan_file, given, seed=seed, progress=tell)
-    what = shown.study
-    named = {}
-    for file in vs or []:
-        named[file.name if file.name not in named else str(file)] = file
-    proposed = {name: read_proposal(file, what) for name, file in named.items()}
-    others = {name: assess(what, o.load_cases, o.repeats) for name, o in proposed.items()}
-    further = stages(what, files, tool, confidence)
+        plan = read_plan(plan_file, given, seed=seed, progress=tell)
+    proposed = proposals(vs or [], plan.study)
+    others = {name: assess(plan.study, o.load_cases, o.repeats) for name, o in proposed.items()}
+    contents = stages(plan.study, files, tool, confidence)
+    contents = replace(contents, plan=plan, others=others)
     if campaigns is not None and truth is not None:
-        model_true = read_model(truth, what.robot)
+        true = read_model(truth, plan.study.robot)
         plans = {name: (o.load_cases, o.repeats) for name, o in proposed.items()}
-        further["monte_carlo"] = virtual_campaigns(shown, plans, model_true, campaigns)
-    write_report(shown, out, others, quick, seed, further)
-
-
-def write_report(
-    shown: Plan,
-    out: Path,
-    others: dict[str, Any],
-    quick: bool,
-    seed: int,
-    further: dict[str, Any] | None = None,
-) -> None:
-    """Write the page of a plan, with random plans and, unless quick, curves beside it.
-
-    `further` are the stages after the plan, as arguments of `report.html`.
-    """
-    from elastocal.files.texts import write_text
-    from elastocal.planning.trade_off import random_plans, trade_off
-    from elastocal.report import html
-
-    curves = None
-    if not quick:
-        with progress("curves") as tell:
-            curves = trade_off(shown.study, seed=seed, progress=tell)
-    random = random_plans(shown.study, 2000, seed=seed)
-    write_text(out, html(shown, trade_off=curves, random=random, others=others, **(further or {})))
-    print(f"wrote {out}")
+        simulated = virtual_campaigns(plan, plans, true, campaigns)
+        contents = replace(contents, monte_carlo=simulated)
+    write_report(contents, out, quick=quick, seed=seed)

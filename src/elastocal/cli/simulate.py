@@ -3,31 +3,25 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, cast, get_args
 
 import typer
 
-from elastocal.cli.common import (
-    Json,
-    Seed,
-    StudyPath,
-    app,
-    guarded,
-    print_json,
-    progress,
-    study_at,
-    writable,
-)
-from elastocal.errors import InputError
+from elastocal.cli.common import Json, Seed, StudyPath, app, guarded, print_json, writable
+from elastocal.identification.choices import Model, Sigma
 
 if TYPE_CHECKING:
-    from elastocal.elastic.compliance_model import ComplianceModel
+    from elastocal.measuring.measurements import Measurements
+    from elastocal.simulation.monte_carlo import MonteCarlo
     from elastocal.study.study import Study
 
 
-@app.command()
+_FITS, _SIGMAS = " or ".join(get_args(Model)), " or ".join(get_args(Sigma))
+
+
+@app.command("simulate")
 @guarded
-def simulate(
+def simulate_command(
     study: StudyPath,
     plans: Annotated[
         list[Path],
@@ -58,13 +52,12 @@ def simulate(
         float, typer.Option(help="Share of grossly wrong readings.", min=0, max=100)
     ] = 0.0,
     outlier_mm: Annotated[float, typer.Option(help="How wrong they are.", min=0)] = 1.0,
-    campaigns: Annotated[
-        int | None, typer.Option(help="Campaigns of each plan: simulate, identify, judge.")
+    number: Annotated[
+        int | None,
+        typer.Option("--campaigns", help="Campaigns of each plan: simulate, identify, judge."),
     ] = None,
-    fit: Annotated[str, typer.Option(help="Fit of the campaigns: equilibrium or linear.")] = (
-        "equilibrium"
-    ),
-    sigma: Annotated[str, typer.Option(help="σ of the campaigns: known or estimated.")] = "known",
+    fit: Annotated[str, typer.Option(help=f"Fit of the campaigns: {_FITS}.")] = "equilibrium",
+    sigma: Annotated[str, typer.Option(help=f"σ of the campaigns: {_SIGMAS}.")] = "known",
     workers: Annotated[int, typer.Option(help="Processes for the campaigns.", min=1)] = 1,
     seed: Seed = 0,
     as_json: Json = False,
@@ -72,48 +65,60 @@ def simulate(
     """Simulate what a plan would measure on a robot whose compliances are known."""
     import numpy as np
 
+    from elastocal.cli.inputs import only_proposal, proposals
+    from elastocal.files.measurements.measurement_file import write_measurements
+    from elastocal.files.models.campaign_file import write_campaigns
     from elastocal.files.models.model_file import read_model
-    from elastocal.simulation.virtual_campaign import LoadError, Outliers
+    from elastocal.files.study.study_file import read_study
+    from elastocal.identification.fit import Fit
+    from elastocal.simulation.monte_carlo import campaigns
+    from elastocal.simulation.virtual_campaign import LoadError, Outliers, simulate
+    from elastocal.terminal.console import progress
 
-    many = campaigns is not None
-    out = out or Path("campaigns.json" if many else "measurements.csv")
-    writable(out, study, truth, *plans, suffix=".json" if many else ".csv")
-    what = study_at(study)
+    out = out or Path("measurements.csv" if number is None else "campaigns.json")
+    writable(out, study, truth, *plans, suffix=".csv" if number is None else ".json")
+    what = read_study(study)
     true = read_model(truth, what.robot)
-    errors = {
-        "load_error": LoadError(load_error_percent / 100.0, float(np.radians(load_direction_deg))),
-        "outliers": Outliers(outliers_percent / 100.0, outlier_mm / 1e3),
-        "linear": linear,
-    }
-    if campaigns is None:
-        _one(what, plans, true, out, seed, errors, as_json)
+    load_error = LoadError(load_error_percent / 100.0, float(np.radians(load_direction_deg)))
+    outliers = Outliers(outliers_percent / 100.0, outlier_mm / 1e3)
+    if number is None:
+        plan = only_proposal(plans, what)
+        made = simulate(
+            what,
+            true,
+            plan.load_cases,
+            plan.repeats,
+            np.random.default_rng(seed),
+            load_error=load_error,
+            outliers=outliers,
+            linear=linear,
+        )
+        write_measurements(made, what.robot, out)
+        _say_measurements(made, out, as_json)
         return
-    how = {"model": fit, "sigma": sigma}
-    _many(what, plans, true, out, (campaigns, seed, workers), how, errors, as_json)
+    named = {name: (p.load_cases, p.repeats) for name, p in proposals(plans, what).items()}
+    with progress("campaigns") as tell:
+        found = campaigns(
+            what,
+            true,
+            named,
+            number,
+            seed=seed,
+            workers=workers,
+            how=Fit(cast(Model, fit), cast(Sigma, sigma)),
+            load_error=load_error,
+            outliers=outliers,
+            linear=linear,
+            progress=tell,
+        )
+    write_campaigns(found, what.springs, out)
+    _say_campaigns(found, what, out, as_json)
 
 
-def _one(
-    study: Study,
-    plans: list[Path],
-    truth: ComplianceModel,
-    out: Path,
-    seed: int,
-    errors: dict[str, Any],
-    as_json: bool,
-) -> None:
-    """Write the measurements of one virtual campaign."""
+def _say_measurements(made: Measurements, out: Path, as_json: bool) -> None:
+    """What one virtual campaign came to."""
     import numpy as np
 
-    from elastocal.files.measurements.measurement_file import write_measurements
-    from elastocal.files.plans.proposal_file import read_proposal
-    from elastocal.simulation.virtual_campaign import simulate as run
-
-    if len(plans) != 1:
-        raise InputError(f"one campaign needs one plan, found {len(plans)}; see --campaigns")
-    plan = read_proposal(plans[0], study)
-    rng = np.random.default_rng(seed)
-    made = run(study, truth, plan.load_cases, plan.repeats, rng, **errors)
-    write_measurements(made, study.robot, out)
     largest = float(np.linalg.norm(made.deflection, axis=1).max())
     if as_json:
         print_json(
@@ -131,44 +136,13 @@ def _one(
         )
 
 
-def _many(
-    study: Study,
-    plans: list[Path],
-    truth: ComplianceModel,
-    out: Path,
-    run: tuple[int, int, int],
-    how: dict[str, Any],
-    errors: dict[str, Any],
-    as_json: bool,
-) -> None:
-    """Compare plans by many virtual campaigns."""
-    from elastocal.files.models.campaign_file import campaigns_document, write_campaigns
-    from elastocal.files.plans.proposal_file import read_proposal
-    from elastocal.identification.fit import Fit
-    from elastocal.simulation.monte_carlo import campaigns
+def _say_campaigns(found: MonteCarlo, study: Study, out: Path, as_json: bool) -> None:
+    """What many of them came to."""
+    from elastocal.files.models.campaign_file import campaigns_document
+    from elastocal.terminal.campaigns import show_campaigns
 
-    named = {}
-    for path in plans:
-        plan = read_proposal(path, study)
-        named[path.name if path.name not in named else str(path)] = (plan.load_cases, plan.repeats)
-    number, seed, workers = run
-    with progress("campaigns") as tell:
-        found = campaigns(
-            study,
-            truth,
-            named,
-            number,
-            seed=seed,
-            workers=workers,
-            how=Fit(**how),
-            progress=tell,
-            **errors,
-        )
-    write_campaigns(found, study.springs, out)
     if as_json:
         print_json(campaigns_document(found, study.springs))
         return
-    from elastocal.terminal.campaigns import show_campaigns
-
     show_campaigns(found)
     print(f"wrote {out}")

@@ -1,136 +1,122 @@
-"""What a report shows after the plan: recomputed from the files, never read out of them."""
+"""Stages of a campaign, from values and files to values: what several commands do.
+
+Imported by the commands when they run.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import numpy as np
+
+from elastocal.arrays import IntArray
+from elastocal.cli.inputs import Files, fit_of, model_at, readings, start_of, tool_called
+from elastocal.compensation.compensate import Compensation, compensate, mirrored, residual
+from elastocal.elastic.compliance_model import ComplianceModel, merged_models
+from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InputError
-
-if TYPE_CHECKING:
-    from elastocal.arrays import IntArray
-    from elastocal.elastic.compliance_model import ComplianceModel
-    from elastocal.elastic.load_cases import LoadCases
-    from elastocal.identification.result import Identification
-    from elastocal.identification.validation import Validation
-    from elastocal.planning.plan import Plan
-    from elastocal.simulation.monte_carlo import MonteCarlo
-    from elastocal.study.study import Study
+from elastocal.files.measurements.suspicious import kept_aside
+from elastocal.files.models.identification_section import identification_sections
+from elastocal.files.models.model_file import model_document, write_model
+from elastocal.files.models.provenance_section import provenance_section
+from elastocal.files.paths.path_file import read_path
+from elastocal.files.texts import write_text
+from elastocal.identification.identify import identify
+from elastocal.identification.result import Identification
+from elastocal.identification.validation import Validation, leave_one_out, validate
+from elastocal.planning.plan import Plan
+from elastocal.planning.trade_off import random_plans, trade_off
+from elastocal.report import html
+from elastocal.report.contents import Contents
+from elastocal.simulation.monte_carlo import MonteCarlo, campaigns
+from elastocal.study.study import Study
+from elastocal.terminal.console import progress
 
 _SAME = 1e-6  # difference in standard errors up to which a model is that of the measurements
+_RANDOM = 2000  # random plans to compare with
 
 
-@dataclass(frozen=True)
-class Files:
-    """Files of a campaign, as far as there are any.
-
-    Attributes:
-        measurements: What was measured.
-        model: The model that was made of it; it says how.
-        mapping: What foreign headers mean.
-        prior: Model from before, weighed by its covariance.
-        known: Model of further joints, taken as it is.
-        validation: What was measured and kept aside.
-        path: Path of the task, as it is wanted.
-        truth: True compliances, for virtual campaigns.
-    """
-
-    measurements: list[Path] = field(default_factory=list)
-    model: Path | None = None
-    mapping: Path | None = None
-    prior: Path | None = None
-    known: Path | None = None
-    validation: list[Path] = field(default_factory=list)
-    path: Path | None = None
-    truth: Path | None = None
-
-    @property
-    def all(self) -> list[Path]:
-        """Every file."""
-        single = (self.model, self.mapping, self.prior, self.known, self.path, self.truth)
-        return [*self.measurements, *self.validation, *(p for p in single if p is not None)]
+def write_identification(
+    study: Study, identification: Identification, out: Path, *models: Path | None
+) -> dict[str, Any]:
+    """Write the model with all that was found out; `models` are the files it rests on besides."""
+    data, sections = identification.measurements, identification_sections(identification)
+    origin = provenance_section(study, data, *models)
+    how = {"provenance": origin, "sections": sections}
+    write_model(identification.model, out, study.robot, **how)
+    return model_document(identification.model, study.robot, **how)
 
 
-def stages(study: Study, files: Files, tool: str | None, confidence: float) -> dict[str, Any]:
-    """Identification, validation and compensation, as keyword arguments of `report.html`."""
-    from elastocal.cli.identify import model_at
-
-    truth, model = model_at(files.truth, study), model_at(files.model, study)
+def stages(study: Study, files: Files, tool: str | None, confidence: float) -> Contents:
+    """Identification, validation and compensation: recomputed from the files, not read of them."""
+    truth, model = model_at(files.truth, study.robot), model_at(files.model, study.robot)
     found = _identified(study, files, model, confidence)
-    model = found.model if found is not None else _with(model, model_at(files.known, study))
-    shown: dict[str, Any] = {"identification": found, "references": _references(study, files)}
-    shown["validation"] = _validated(study, files, model, found, confidence)
-    if files.path is not None:
-        if model is None:
-            raise InputError(f"{files.path}: a path needs --measurements or --model to correct it")
-        shown |= compensated(study, files.path, model, truth, tool)
-    return shown
+    known = model_at(files.known, study.robot)
+    model = found.model if found is not None else _with(model, known)
+    contents = Contents(
+        identification=found,
+        references=_references(study, files),
+        validation=_validated(study, files, model, found, confidence),
+    )
+    if files.path is None:
+        return contents
+    if model is None:
+        raise InputError(f"{files.path}: a path needs --measurements or --model to correct it")
+    used = tool_called(study, tool)
+    task = read_path(files.path, study.robot, used, start_of(study, used))
+    arm = replace(study.arm, springs=model.springs, tool=used)
+    return with_compensation(contents, compensate(arm, model, task.cases), truth)
 
 
 def _with(model: ComplianceModel | None, known: ComplianceModel | None) -> ComplianceModel | None:
     """A model with that of further joints, unless it has them already."""
-    from elastocal.elastic.compliance_model import merged_models
-
     if model is None or known is None or set(known.names) <= set(model.names):
         return model
     return merged_models([model, known])
-
-
-def virtual_campaigns(
-    plan: Plan, others: dict[str, tuple[LoadCases, IntArray]], truth: ComplianceModel, number: int
-) -> MonteCarlo:
-    """Many virtual campaigns of the plan and of others: load cases with repeats, by name."""
-    from elastocal.cli.common import progress
-    from elastocal.simulation.monte_carlo import campaigns
-
-    named = {"this plan": (plan.load_cases, plan.repeats)} | others
-    with progress("campaigns") as tell:
-        return campaigns(plan.study, truth, named, number, seed=plan.seed, progress=tell)
 
 
 def _identified(
     study: Study, files: Files, model: ComplianceModel | None, confidence: float
 ) -> Identification | None:
     """The fit, once more; refused if it does not give the model that is named with it."""
-    import numpy as np
-
-    from elastocal.cli.identify import fitted_again, model_at, readings
-    from elastocal.files.models.model_file import model_sections
-
     if not files.measurements:
         return None
     data = readings(study, files.measurements, files.mapping)
-    sections = model_sections(files.model) if files.model is not None else {}
-    prior, known = model_at(files.prior, study), model_at(files.known, study)
-    found = fitted_again(study, data, sections, prior, known, confidence)
-    if model is None or files.model is None:
-        return found
-    there = [name for name in found.identified if name in model.names]
-    if len(there) < len(found.identified):
-        missing = ", ".join(name for name in found.identified if name not in there)
+    how = fit_of(files.model, confidence)
+    prior, known = model_at(files.prior, study.robot), model_at(files.known, study.robot)
+    found = identify(study.arm, data, how, prior=prior, known=known)
+    if model is not None:
+        _refuse_another(model, found, files)
+    return found
+
+
+def _refuse_another(model: ComplianceModel, found: Identification, files: Files) -> None:
+    """Refuse a model that is not the one found."""
+    missing = [name for name in found.identified if name not in model.names]
+    if missing:
         raise InputError(
-            f"{files.model}: has no compliance of {missing}, which the study identifies"
+            f"{files.model}: has no compliance of {', '.join(missing)}, which the study identifies"
         )
-    off = np.abs(model.of(there) - found.compliance)
+    given = model.of(found.identified)
+    off = np.abs(given - found.compliance)
     if (off > _SAME * np.maximum(found.standard_error, 1e-6 * np.abs(found.compliance))).any():
         worst = int(np.argmax(off / np.maximum(np.abs(found.compliance), 1e-300)))
         raise InputError(
-            f"{files.model}: is not the model that {data.source} gives; {there[worst]} is "
-            f"{model.of(there)[worst]:.6g} there and {found.compliance[worst]:.6g} from these "
-            "measurements; name the measurements, --prior and --known it was made from"
+            f"{files.model}: is not the model that {found.measurements.source} gives; "
+            f"{found.identified[worst]} is {given[worst]:.6g} there and "
+            f"{found.compliance[worst]:.6g} from these measurements; name the measurements, "
+            "--prior and --known it was made from"
         )
-    return found
 
 
 def _references(study: Study, files: Files) -> dict[str, ComplianceModel]:
     """What is known from elsewhere, by name."""
-    from elastocal.cli.identify import model_at
-
     named = {"prior": files.prior, "known": files.known, "truth": files.truth}
-    found = {name: model_at(path, study) for name, path in named.items()}
+    models = {name: model_at(path, study.robot) for name, path in named.items()}
     identified = set(study.springs.names)
-    return {n: m for n, m in found.items() if m is not None and identified & set(m.names)}
+    return {n: m for n, m in models.items() if m is not None and identified & set(m.names)}
 
 
 def _validated(
@@ -141,10 +127,6 @@ def _validated(
     confidence: float,
 ) -> Validation | None:
     """On what was kept aside, else each experiment left out in turn."""
-    from elastocal.cli.identify import readings
-    from elastocal.files.measurements.suspicious import kept_aside
-    from elastocal.identification.validation import leave_one_out, validate
-
     if not files.validation:
         return None if found is None else leave_one_out(found, confidence=confidence)
     if model is None:
@@ -161,29 +143,37 @@ def _validated(
     return validate(study.arm, model, kept, confidence=confidence)
 
 
-def compensated(
-    study: Study,
-    path: Path,
-    model: ComplianceModel,
-    truth: ComplianceModel | None,
-    tool: str | None,
-) -> dict[str, Any]:
-    """The corrected path, judged by the truth if that is known."""
-    from elastocal.cli.compensate import start_of, task_tool
-    from elastocal.compensation.compensate import compensate, residual
-    from elastocal.files.paths.path_file import read_path
-
-    used = task_tool(study, tool)
-    task = read_path(path, study.robot, used, start_of(study, used, None))
-    arm = replace(study.arm, springs=model.springs, tool=used)
-    done = compensate(arm, model, task.cases)
+def with_compensation(
+    contents: Contents, done: Compensation, truth: ComplianceModel | None
+) -> Contents:
+    """Contents with a corrected path, judged by the truth if that is known."""
     if truth is None:
-        return {"compensation": done}
-    true_arm = replace(arm, springs=truth.springs)
-    # Negative control: the same correction to the wrong side.
-    mirrored = replace(done, q=2.0 * task.cases.q - done.q)
-    return {
-        "compensation": done,
-        "judged": residual(true_arm, truth, done),
-        "control": residual(true_arm, truth, mirrored),
-    }
+        return replace(contents, compensation=done)
+    arm = replace(done.arm, springs=truth.springs)
+    return replace(
+        contents,
+        compensation=done,
+        judged=residual(arm, truth, done),
+        control=residual(arm, truth, mirrored(done)),
+    )
+
+
+def virtual_campaigns(
+    plan: Plan, others: dict[str, tuple[LoadCases, IntArray]], truth: ComplianceModel, number: int
+) -> MonteCarlo:
+    """Many virtual campaigns of the plan and of others: load cases with repeats, by name."""
+    named = {"this plan": (plan.load_cases, plan.repeats)} | others
+    with progress("campaigns") as tell:
+        return campaigns(plan.study, truth, named, number, seed=plan.seed, progress=tell)
+
+
+def write_report(contents: Contents, path: Path, *, quick: bool, seed: int) -> None:
+    """Write a page, with random plans and, unless quick, curves beside the plan it shows."""
+    assert contents.plan is not None
+    study, curves = contents.plan.study, None
+    if not quick:
+        with progress("curves") as tell:
+            curves = trade_off(study, seed=seed, progress=tell)
+    random = random_plans(study, _RANDOM, seed=seed)
+    write_text(path, html(replace(contents, trade_off=curves, random=random)))
+    print(f"wrote {path}")

@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from elastocal.study.study import Study
 
 
-@app.command()
+@app.command("init")
 @guarded
-def init(
+def init_command(
     path: Annotated[Path, typer.Argument(help="File to write.")] = Path("study.yaml"),
 ) -> None:
     """Write a commented study file to start from."""
@@ -37,9 +37,9 @@ def init(
     print(f"wrote {path}: edit it, then run 'elastocal check {path}'")
 
 
-@app.command()
+@app.command("check")
 @guarded
-def check(
+def check_command(
     study: StudyPath,
     picture: Annotated[
         Path | None, typer.Option(help="Draw the robot to this file (.svg or .html).")
@@ -59,7 +59,7 @@ def check(
         _check_measurements(study, measurements, mapping, as_json)
         return
     from elastocal.files.study.study_file import read_study
-    from elastocal.planning.study_check import check as look
+    from elastocal.planning.study_check import check
     from elastocal.wording import worded
 
     if picture is not None:
@@ -69,7 +69,7 @@ def check(
     what = read_study(study)
     if picture is not None:
         _draw(what, picture)
-    found = look(what)
+    found = check(what)
     if as_json:
         print_json(
             {

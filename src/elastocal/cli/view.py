@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from elastocal.cli.common import StudyPath, app, guarded, study_at
+from elastocal.cli.common import StudyPath, app, guarded
 
 if TYPE_CHECKING:
     from elastocal.study.study import Study
     from elastocal.viewer.subject import Subject
 
 
-@app.command()
+@app.command("view")
 @guarded
-def view(
+def view_command(
     study: StudyPath,
     plan: Annotated[
         Path | None, typer.Option(help="Plan to step through (JSON or CSV).", show_default=False)
@@ -33,18 +32,16 @@ def view(
     ] = False,
 ) -> None:
     """Show the robot, its plan and its deflections in a web page on this machine only."""
-    from elastocal.elastic.compliance_model import merged_models
-    from elastocal.files.models.model_file import read_model
+    from elastocal.cli.inputs import models_at
+    from elastocal.files.study.study_file import read_study
     from elastocal.viewer.live import serve
     from elastocal.viewer.local_server import check_port, viser_module
 
     viser_module()
     check_port(port)
-    shown = _subject(study_at(study), plan)
+    shown = _subject(read_study(study), plan)
     if model:
-        robot = shown.study.robot
-        compliances = merged_models([read_model(file, robot) for file in model])
-        shown = replace(shown, model=compliances)
+        shown = replace(shown, model=models_at(model, shown.study.robot))
 
     def ready(address: str) -> None:
         print(f"showing {study} at {address} (this machine only); Ctrl-C to stop", flush=True)
@@ -59,8 +56,8 @@ def view(
 
 def _subject(study: Study, plan: Path | None) -> Subject:
     """The study with the poses of a plan, and what its certificate tells of any place."""
+    from elastocal.cli.inputs import note_origin
     from elastocal.files.plans.certificate_section import read_certified_design
-    from elastocal.files.plans.plan_file import study_hash
     from elastocal.files.plans.proposal_file import read_proposal, study_for
     from elastocal.planning.sensitivity import sensitivity
     from elastocal.viewer.subject import Subject, stops_of
@@ -68,10 +65,7 @@ def _subject(study: Study, plan: Path | None) -> Subject:
     if plan is None:
         return Subject(study, stops_of(study))
     proposal = read_proposal(plan, study)
-    if proposal.study_hash and proposal.study_hash != study_hash(study):
-        print(f"note: {plan.name} was made from another version of the study", file=sys.stderr)
-    if proposal.robot_hash and proposal.robot_hash != study.robot.sha256:
-        print(f"note: {plan.name} was made with another robot file", file=sys.stderr)
+    note_origin(plan.name, proposal, study)
     certified = read_certified_design(plan, study.robot)
     study = study_for(proposal, study)
     known = peak = None

@@ -157,6 +157,15 @@ def compensate_linearly(arm: ElasticArm, model: ComplianceModel, cases: LoadCase
     return _judged(arm, model, cases, "linear", cases.q + steps.step, target, found)
 
 
+RULES = {"nonlinear": compensate, "linear": compensate_linearly}
+"""The rules by their names."""
+
+
+def mirrored(compensation: Compensation) -> Compensation:
+    """The same correction to the wrong side: a negative control, which must leave more."""
+    return replace(compensation, q=2.0 * compensation.cases.q - compensation.q)
+
+
 def residual(arm: ElasticArm, truth: ComplianceModel, compensation: Compensation) -> Array:
     """(N, 3) error of the TCP that remains if the arm is in truth as `truth` says [m].
 

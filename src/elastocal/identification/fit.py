@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import get_args
 
 from elastocal.errors import InputError
 from elastocal.fitting.robust import LOSSES, Loss
+from elastocal.identification.choices import LossName, Model, Sigma
 
 
 @dataclass(frozen=True)
@@ -23,18 +24,15 @@ class Fit:
         confidence: Confidence of the intervals.
     """
 
-    model: Literal["equilibrium", "linear"] = "equilibrium"
-    sigma: Literal["known", "estimated"] = "known"
-    loss: str = "squares"
+    model: Model = "equilibrium"
+    sigma: Sigma = "known"
+    loss: LossName = "squares"
     nonnegative: bool = False
     confidence: float = 0.95
 
     def __post_init__(self) -> None:
-        for name, value, known in (
-            ("model", self.model, ("equilibrium", "linear")),
-            ("sigma", self.sigma, ("known", "estimated")),
-            ("loss", self.loss, tuple(LOSSES)),
-        ):
+        for name, choices in (("model", Model), ("sigma", Sigma), ("loss", LossName)):
+            value, known = getattr(self, name), get_args(choices)
             if value not in known:
                 raise InputError(f"{name} {value!r} is not known; expected {' or '.join(known)}")
         if not 0.5 <= self.confidence < 1.0:

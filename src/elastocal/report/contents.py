@@ -21,16 +21,17 @@ class Contents:
     """What there is to report; every stage of a campaign may be missing.
 
     Attributes:
-        plan: The plan with its study.
-        trade_off: ρ0 over experiments and configurations.
+        plan: The plan with its study; certificate and run sheet come with it.
+        trade_off: ρ0 over experiments and configurations; left out if None.
         random: (K,) ρ0 of random feasible plans with as many experiments [m].
-        others: Other plans by name.
-        identification: What was found.
-        references: Compliances from elsewhere, by name, to show beside those found.
+        others: Other plans by name, to compare with.
+        identification: The compliances found.
+        references: Compliances from elsewhere, by name, three at most: known before, or true.
         validation: The model against readings.
         compensation: A corrected path.
-        judged: (N, 3) what remains of its error if the robot is as a true model says [m].
-        control: (N, 3) what remains of it if one corrects to the wrong side [m].
+        judged: (N, 3) what remains of its error if the robot is as a true model says [m]; see
+            `compensation.residual`.
+        control: (N, 3) the same for a correction to the wrong side, which must be worse [m].
         monte_carlo: Virtual campaigns of plans side by side.
     """
 

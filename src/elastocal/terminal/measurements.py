@@ -48,5 +48,11 @@ def show_measurements(found: Measurements, robot: Robot) -> None:
         out.print(Text(f"Note: {remark.rstrip('.')}.", style="yellow"))
 
 
+def show_remarks(data: Measurements) -> None:
+    """What looks odd in readings."""
+    for remark in data.remarks:
+        out.print(Text(f"Note: {remark}" + ("" if remark[-1:] in ".?" else "."), style="yellow"))
+
+
 def _count(number: int, what: str) -> str:
     return f"{number} {what}{'' if number == 1 else 's'}"

@@ -1,0 +1,169 @@
+"""What is named on the command line, as values: files, tools, configurations.
+
+Imported by the commands when they run.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from elastocal.arrays import Array, frozen
+from elastocal.elastic.compliance_model import ComplianceModel, merged_models
+from elastocal.errors import InputError
+from elastocal.files.measurements.measurement_file import read_measurements
+from elastocal.files.models.model_file import model_sections, read_model
+from elastocal.files.plans.plan_file import study_hash
+from elastocal.files.plans.proposal_file import Proposal, read_proposal
+from elastocal.files.study.embedded_study import embedded_study
+from elastocal.files.study.study_file import read_study
+from elastocal.identification.fit import Fit
+from elastocal.measuring.measurements import Measurements
+from elastocal.robot.chain import Robot, Tool
+from elastocal.study.study import Study
+
+
+@dataclass(frozen=True)
+class Files:
+    """Files of a campaign, as far as there are any.
+
+    Attributes:
+        measurements: What was measured.
+        model: The model that was made of it; it says how.
+        mapping: What foreign headers mean.
+        prior: Model from before, weighed by its covariance.
+        known: Model of further joints, taken as it is.
+        validation: What was measured and kept aside.
+        path: Path of the task, as it is wanted.
+        truth: True compliances, for virtual campaigns.
+    """
+
+    measurements: list[Path] = field(default_factory=list)
+    model: Path | None = None
+    mapping: Path | None = None
+    prior: Path | None = None
+    known: Path | None = None
+    validation: list[Path] = field(default_factory=list)
+    path: Path | None = None
+    truth: Path | None = None
+
+    @property
+    def all(self) -> list[Path]:
+        """Every file."""
+        single = (self.model, self.mapping, self.prior, self.known, self.path, self.truth)
+        return [*self.measurements, *self.validation, *(p for p in single if p is not None)]
+
+
+def study_of_plan(plan: Path, study: Path | None) -> Study:
+    """The study of a plan: the one in a file, or else the one embedded in the plan."""
+    return embedded_study(plan) if study is None else read_study(study)
+
+
+def proposals(paths: list[Path], study: Study) -> dict[str, Proposal]:
+    """Plans by the names of their files, by their whole paths where names are alike."""
+    named: dict[str, Proposal] = {}
+    for path in paths:
+        named[path.name if path.name not in named else str(path)] = read_proposal(path, study)
+    return named
+
+
+def only_proposal(paths: list[Path], study: Study) -> Proposal:
+    """The plan of a single campaign."""
+    if len(paths) != 1:
+        raise InputError(f"one campaign needs one plan, found {len(paths)}; see --campaigns")
+    return read_proposal(paths[0], study)
+
+
+def note_origin(name: str, proposal: Proposal, study: Study) -> None:
+    """Say on standard error if a plan was made from something else."""
+    if proposal.study_hash and proposal.study_hash != study_hash(study):
+        print(f"note: {name} was made from another version of the study", file=sys.stderr)
+    if proposal.robot_hash and proposal.robot_hash != study.robot.sha256:
+        print(f"note: {name} was made with another robot file", file=sys.stderr)
+
+
+def readings(study: Study, paths: list[Path], mapping: Path | None = None) -> Measurements:
+    """The readings in one file, or in several that belong together."""
+    return read_measurements(paths[0] if len(paths) == 1 else paths, study, mapping)
+
+
+def model_at(path: Path | None, robot: Robot) -> ComplianceModel | None:
+    """The model in a file, None if no file is named."""
+    return None if path is None else read_model(path, robot)
+
+
+def models_at(paths: list[Path], robot: Robot) -> ComplianceModel:
+    """Models of different joints as one."""
+    return merged_models([read_model(path, robot) for path in paths])
+
+
+def fit_of(model: Path | None, confidence: float = 0.95) -> Fit:
+    """How a model was fitted, as its file says; by default settings if it does not."""
+    how = {} if model is None else model_sections(model).get("identification", {})
+    return Fit(
+        how.get("model", "equilibrium"),
+        how.get("sigma", "known"),
+        how.get("loss", "squares"),
+        bool(how.get("nonnegative", False)),
+        confidence,
+    )
+
+
+def tool_called(study: Study, name: str | None) -> Tool:
+    """The tool called `name`, else the one of all test poses."""
+    posed = {pose.tool.name: pose.tool for pose in study.test_poses if pose.tool is not None}
+    if name is None:
+        if len(posed) != 1:
+            raise InputError(
+                f"the test poses have {', '.join(posed) or 'no tool'}; name one with --tool"
+            )
+        return next(iter(posed.values()))
+    calibration = study.experiments.tool
+    tools = study.robot.tools | {calibration.name: calibration} | posed
+    if name not in tools:
+        raise InputError(f"no tool {name!r}; there are {', '.join(tools)}")
+    return tools[name]
+
+
+def start_of(study: Study, tool: Tool, text: str | None = None) -> Array:
+    """Configuration to start from: as named, else a test pose, with the same tool if possible."""
+    if text is not None:
+        return joint_values(text, study.robot, "start")
+    poses = sorted(
+        (pose for pose in study.test_poses if pose.case is not None and pose.tool is not None),
+        key=lambda pose: pose.tool is None or pose.tool.name != tool.name,
+    )
+    if poses and poses[0].case is not None:
+        return poses[0].case.q[0]
+    return np.asarray(0.5 * (study.limits[0] + study.limits[1]))
+
+
+def joint_values(text: str, robot: Robot, what: str) -> Array:
+    """(n,) joint values of "A1=0deg A2=-90deg rail=500mm", every joint once [rad or m]."""
+
+    values: dict[str, float] = {}
+    for part in text.replace(",", " ").split():
+        found = re.fullmatch(r"([^=]+)=([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)(deg|mm)", part)
+        if not found:
+            raise InputError(f"{what}: expected name=value with deg or mm, found {part!r}")
+        name, number, unit = found.groups()
+        joint = robot.joints[robot.index([name])[0]]
+        if unit != joint.kind.key:
+            raise InputError(
+                f"{what}: joint {name!r} is given in {unit}, expected {joint.kind.key}"
+            )
+        if name in values:
+            raise InputError(f"{what}: joint {name!r} is given twice")
+        try:
+            value = float(number)
+        except ValueError:
+            raise InputError(f"{what}: expected a number, found {number!r}") from None
+        values[name] = joint.kind.si * value
+    missing = [name for name in robot.joint_names if name not in values]
+    if missing:
+        raise InputError(f"{what}: joint {missing[0]!r} is missing")
+    return frozen([values[name] for name in robot.joint_names])
