@@ -25,7 +25,8 @@ from elastocal.planning.plan import Plan, plan
 from elastocal.report import tables
 from elastocal.study.criteria import CRITERIA, PlanCriterion, compliances, metres
 from elastocal.study.study import Study
-from elastocal.terminal.plans import certificate_sentence
+from elastocal.terminal.console import micrometres
+from elastocal.terminal.plans import certificate_sentence, show_evaluations
 from tests.design.examples import study_with_two_test_poses
 from tests.report.examples import gantry_plan, three_link_plan
 
@@ -74,7 +75,9 @@ def test_with_sliding_joints_it_follows_the_springs() -> None:
 
 
 @pytest.mark.parametrize("name", [criterion.name for criterion in ADDED])
-def test_it_is_planned_written_read_and_judged(name: str, tmp_path: Path) -> None:
+def test_it_is_planned_written_read_and_judged(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     study = replace(study_with_two_test_poses(), criterion=name)
     bound = lower_bound(study, np.random.default_rng(0))
     made = plan(study, effort=LIGHT, bound=bound)
@@ -95,6 +98,10 @@ def test_it_is_planned_written_read_and_judged(name: str, tmp_path: Path) -> Non
         assert made.certificate.position_bound is None
     judged = judged_anew(study, tmp_path / "plan.json", made, bound)
     assert judged.accepted
+    show_evaluations(study, {"made": (4, len(made.repeats), judged)}, {})
+    shown = "–" if name != "P" else micrometres(judged.certificate.lower_bound)
+    row = next(line for line in capsys.readouterr().out.splitlines() if "made" in line)
+    assert shown in row
     assert judged.assessment.criteria[name] == pytest.approx(made.assessment.criteria[name])
     assert judged.certificate.efficiency == pytest.approx(made.certificate.efficiency)
 

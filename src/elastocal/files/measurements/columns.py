@@ -50,7 +50,7 @@ class Meaning:
         """A header that would do."""
         if not self.kind:
             return self.name
-        return f"{self.name} [{'mm' if self.kind == 'length' else next(iter(UNITS[self.kind]))}]"
+        return f"{self.name} [{next(iter(UNITS[self.kind]))}]"
 
 
 @dataclass(frozen=True)
