@@ -19,7 +19,7 @@ from elastocal.arrays import Array
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.springs import VirtualJoints
 from elastocal.errors import InputError, ModelFileError, StudyError
-from elastocal.files.compliance_units import factor_to_si
+from elastocal.files.models.compliance_units import factor_to_si
 from elastocal.files.study.spring_section import (
     extra_springs,
     in_chain_order,
