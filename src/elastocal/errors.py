@@ -46,6 +46,16 @@ Code = Literal[
     "wrong-side",
     "position-only",
     "nothing-to-compensate",
+    # of a corrected path
+    "points-lost",
+    "points-beyond-limits",
+    "points-nearly-singular",
+    "more-than-expected",
+    # of a validation, and of virtual campaigns
+    "worse-with-model",
+    "errors-unexplained",
+    "unlike-predicted",
+    "not-covered",
     # of what experiments can tell apart
     "not-seen",
     "confounded",

@@ -18,6 +18,7 @@ from elastocal.identification.residuals import (
     twice_the_noise,
 )
 from elastocal.identification.result import Identification
+from elastocal.identification.validation import doubts_of_validation, validate
 from elastocal.measuring.measurements import rms_of_groups
 from elastocal.simulation.virtual_campaign import simulate
 from tests.kr270 import kr270_study, kr270_truth, published_cases
@@ -110,3 +111,16 @@ def test_the_linear_model_is_off_by_standard_errors() -> None:
     one = found()
     shifted = replace(one, linear=one.compliance - 3.0 * one.standard_error)
     np.testing.assert_allclose(shifted.linear_shift, 3.0)
+
+
+def test_a_validation_doubts_what_got_worse() -> None:
+    one = validate(found().arm, found().model, found().measurements)
+    assert doubts_of_validation(one) == ()
+    after = one.after.copy()
+    after[one.measurements.case == 2] = 2.0 * one.before[one.measurements.case == 2]
+    worse = replace(one, after=after, chi_square=3.0 * one.dof)
+    first, second = doubts_of_validation(worse)
+    assert (first.code, first.about) == ("worse-with-model", (one.measurements.names[2],))
+    assert second.code == "errors-unexplained"
+    assert second.numbers["p_value"] == pytest.approx(stats.chi2.sf(3.0 * one.dof, one.dof))
+    assert second.numbers["confidence"] == 0.95

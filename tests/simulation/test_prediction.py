@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from elastocal.simulation.monte_carlo import Campaigns, campaigns
+from elastocal.simulation.monte_carlo import Campaigns, MonteCarlo, campaigns
 from elastocal.simulation.prediction import (
     Cloud,
     chance,
     cloud,
-    is_off,
-    not_covered,
+    doubts_of_campaigns,
     predicted_total,
     worst_pair,
 )
@@ -26,10 +25,14 @@ ROOT = np.linalg.cholesky(COVARIANCE)
 
 
 @cache
-def hundred() -> Campaigns:
+def published() -> MonteCarlo:
     study = kr270_study()
     named = {"published": next(iter(published_plans().values()))}
-    return campaigns(study, kr270_truth(study), named, 100, seed=1).plans[0]
+    return campaigns(study, kr270_truth(study), named, 100, seed=1)
+
+
+def hundred() -> Campaigns:
+    return published().plans[0]
 
 
 def test_predicted_errors_have_the_predicted_rms() -> None:
@@ -92,13 +95,16 @@ def test_the_worst_pair_and_its_cloud() -> None:
 
 
 def test_kept_promises_and_broken_ones() -> None:
-    plan = hundred()
-    assert not is_off(plan)
-    assert not_covered(plan) == []
+    found, plan = published(), hundred()
+    assert doubts_of_campaigns(found) == ()
     off = np.sqrt(1.0 + 3.0 * np.sqrt(2.0 / 100))
-    for ratio, expected in ((0.99 * off, False), (1.01 * off, True)):
+    for ratio, codes in ((0.99 * off, []), (1.01 * off, ["unlike-predicted"])):
         told = replace(plan, rho0_each=plan.rho0_each * plan.rms / plan.rho0 / ratio)
-        assert is_off(told) is expected
+        doubts = doubts_of_campaigns(replace(found, plans=(told,)))
+        assert [doubt.code for doubt in doubts] == codes
+    assert doubts[0].about == ("published",)
+    assert doubts[0].numbers["ratio"] == pytest.approx(1.01 * off)
     narrow = plan.standard_error.copy()
     narrow[:, 3] *= 0.5
-    assert not_covered(replace(plan, standard_error=narrow)) == [3]
+    (doubt,) = doubts_of_campaigns(replace(found, plans=(replace(plan, standard_error=narrow),)))
+    assert (doubt.code, doubt.about, doubt.because) == ("not-covered", ("A5",), ("published",))

@@ -93,6 +93,11 @@ class Compensation:
         return np.sqrt(np.maximum(np.trace(self.covariance, axis1=1, axis2=2), 0.0))
 
     @property
+    def expected(self) -> Array:
+        """(N,) root mean square error expected: uncertain model, imperfect rule [m]."""
+        return np.asarray(np.sqrt(self.rho0**2 + np.sum(self.after**2, axis=1)))
+
+    @property
     def beyond_limits(self) -> BoolArray:
         """(N, n) corrected joint values that the robot's limits do not allow."""
         robot = self.arm.robot

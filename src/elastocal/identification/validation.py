@@ -14,7 +14,7 @@ from elastocal.arrays import Array, BoolArray, frozen
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.equilibrium import deflection_and_gradient
-from elastocal.errors import InputError
+from elastocal.errors import Doubt, InputError
 from elastocal.fitting.goodness import SURE, p_value_chi_square
 from elastocal.identification.leave_one_out import left_out_covariance
 from elastocal.identification.result import Identification
@@ -81,6 +81,19 @@ class Validation:
     def by_experiment(self, error: Array) -> Array:
         """(N,) root mean square over the readings of each experiment of errors (R, 3) [m]."""
         return self.measurements.by_experiment(error)
+
+
+def doubts_of_validation(validation: Validation) -> tuple[Doubt, ...]:
+    """What should make one doubt the model."""
+    after, before = (validation.by_experiment(e) for e in (validation.after, validation.before))
+    names = validation.measurements.names
+    worse = tuple(n for n, a, b in zip(names, after, before, strict=True) if a > b)
+    doubts = [Doubt("worse-with-model", worse)] if worse else []
+    if validation.beyond_chance:
+        told = ("chi_square", "dof", "p_value", "inside", "confidence")
+        numbers = {name: getattr(validation, name) for name in told}
+        doubts.append(Doubt("errors-unexplained", numbers=numbers))
+    return tuple(doubts)
 
 
 @dataclass(frozen=True)

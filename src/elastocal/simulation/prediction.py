@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.simulation.monte_carlo import Campaigns
+from elastocal.errors import Doubt
+from elastocal.simulation.monte_carlo import Campaigns, MonteCarlo
 
 PROMISED = 0.95
 """Share of the intervals in `Campaigns.coverage`, and of the ranges and ellipses here."""
@@ -88,18 +89,19 @@ def predicted_total(plan: Campaigns) -> Array:
     return np.asarray(np.sqrt(normal**2 @ sizes))
 
 
-def is_off(plan: Campaigns) -> bool:
-    """Whether the error found differs from ρ0 by more than chance and a tenth allow."""
-    # The mean of K squares that are no less spread than one normal's scatters by √(2/K).
-    allowed = 3.0 * np.sqrt(2.0 / len(plan.estimate))
-    return bool(abs((plan.rms / plan.rho0) ** 2 - 1.0) > max(allowed, _RMS_OFF))
-
-
-def not_covered(plan: Campaigns) -> list[int]:
-    """Positions of the springs whose intervals hold the truth more or less often than promised."""
-    allowed = 5.0 * np.sqrt(PROMISED * (1 - PROMISED) / len(plan.estimate))
-    off = np.abs(plan.coverage - PROMISED) > max(allowed, _COVERAGE_OFF)
-    return [int(i) for i in np.flatnonzero(off)]
+def doubts_of_campaigns(found: MonteCarlo) -> tuple[Doubt, ...]:
+    """Predictions that the campaigns do not bear out."""
+    doubts = []
+    for plan in found.plans:
+        count, ratio = len(plan.estimate), plan.rms / plan.rho0
+        # The mean of K squares that are no less spread than one normal's scatters by √(2/K).
+        if abs(ratio**2 - 1.0) > max(3.0 * np.sqrt(2.0 / count), _RMS_OFF):
+            doubts.append(Doubt("unlike-predicted", (plan.name,), numbers={"ratio": ratio}))
+        allowed = max(5.0 * np.sqrt(PROMISED * (1 - PROMISED) / count), _COVERAGE_OFF)
+        covered = zip(found.springs, plan.coverage, strict=True)
+        if off := tuple(name for name, c in covered if abs(c - PROMISED) > allowed):
+            doubts.append(Doubt("not-covered", off, (plan.name,)))
+    return tuple(doubts)
 
 
 def worst_pair(plan: Campaigns) -> tuple[int, int]:

@@ -7,7 +7,8 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from elastocal.errors import Code, Doubt
-from elastocal.wording.numbers import shown
+from elastocal.wording.lists import counted
+from elastocal.wording.numbers import length, shown
 
 _NOTHING = 1e-9  # remaining error not worth a number [m]
 
@@ -37,6 +38,22 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     "beyond-limit": _beyond_limit,
     "hardly-moves": lambda doubt: _singular(doubt, "move the tool along"),
     "hardly-turns": lambda doubt: _singular(doubt, "turn the tool about"),
+    "points-lost": lambda doubt: (
+        f"{counted(int(doubt.numbers['points']), 'point')} of {doubt.numbers['all']} cannot be "
+        "corrected"
+    ),
+    "points-beyond-limits": lambda doubt: (
+        f"{counted(int(doubt.numbers['points']), 'corrected point')} of {doubt.numbers['all']} "
+        "would leave the joint limits"
+    ),
+    "points-nearly-singular": lambda doubt: (
+        f"the arm is nearly singular at {counted(int(doubt.numbers['points']), 'point')}, where "
+        "some error may remain"
+    ),
+    "more-than-expected": lambda doubt: (
+        f"with the true model {length(doubt.numbers['remaining'])} remain, more than twice "
+        f"what was expected, {length(doubt.numbers['expected'])}"
+    ),
     "rigid-but-loaded": lambda doubt: (
         f"{doubt.about[0]} has no compliance in the model and is taken as rigid; the load turns it "
         f"with up to {doubt.numbers['load']:.3g} {doubt.unit}"

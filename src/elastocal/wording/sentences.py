@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 
 from elastocal.errors import Code, Doubt
 from elastocal.wording import (
+    campaigns,
     compensation,
     identifiability,
     identification,
@@ -18,6 +19,7 @@ from elastocal.wording import (
 SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     **identification.SENTENCES,
     **compensation.SENTENCES,
+    **campaigns.SENTENCES,
     **identifiability.SENTENCES,
     **studies.SENTENCES,
     **poses.SENTENCES,

@@ -12,6 +12,7 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.compensation.compensate import Compensation
+from elastocal.compensation.remaining import alarms, as_expected, doubts_of_path, rms
 from elastocal.drawing.picture import portrait
 from elastocal.drawing.stage import boxed, posed
 from elastocal.elastic.load_cases import LoadCases
@@ -44,50 +45,12 @@ def compensation_chapter(contents: Contents) -> Chapter | None:
     return Chapter("Compensation", sections)
 
 
-def rms(error: Array) -> float:
-    """Root mean square length of errors (N, 3), or of lengths (N,) [m]; NaN is left out."""
-    size = error if error.ndim == 1 else np.linalg.norm(error, axis=1)
-    size = size[np.isfinite(size)]
-    return float(np.sqrt(np.mean(size**2))) if len(size) else float("nan")
-
-
-def expected(done: Compensation) -> Array:
-    """(N,) root mean square error expected at every point: uncertain model, imperfect rule [m]."""
-    return np.asarray(np.sqrt(done.rho0**2 + np.sum(done.after**2, axis=1)))
-
-
-def alarms(done: Compensation) -> tuple[str, ...]:
-    """What forbids to run the corrected path."""
-    said = []
-    lost, beyond = ~done.converged, done.beyond_limits.any(axis=1)
-    if lost.any():
-        said.append(f"{counted(int(lost.sum()), 'point')} of {len(done)} cannot be corrected")
-    if beyond.any():
-        said.append(
-            f"{counted(int(beyond.sum()), 'corrected point')} of {len(done)} would leave the "
-            "joint limits"
-        )
-    return tuple(said)
-
-
 def compensation_remarks(contents: Contents) -> tuple[str, ...]:
     """What is weak in the compensation."""
-    done = contents.compensation
-    if done is None:
+    if contents.compensation is None:
         return ()
-    said = [f"path: {worded(note)}" for note in done.notes]
-    near = done.damped & done.converged
-    if near.any():
-        said.append(
-            f"path: the arm is nearly singular at {counted(int(near.sum()), 'point')}, where some "
-            "error may remain"
-        )
-    if contents.judged is not None and rms(contents.judged) > 2.0 * rms(expected(done)):
-        said.append(
-            f"path: with the true model {length(rms(contents.judged))} remain, more than twice "
-            f"what was expected, {length(rms(expected(done)))}"
-        )
-    return tuple(said)
+    doubts = doubts_of_path(contents.compensation, contents.judged)
+    return tuple(f"path: {worded(doubt)}" for doubt in doubts)
 
 
 def _groups(done: Compensation) -> list[tuple[str, str]]:
@@ -180,27 +143,22 @@ def _remaining(contents: Contents, done: Compensation) -> dict[str, Any]:
     own = np.linalg.norm(done.after, axis=1)
     if np.nanmax(own, initial=0.0) > _NOTHING:
         lines.append(Line(f"left by the {done.rule} rule", "rule", own))
-    lines.append(Line("expected, ρ₀", "expected", expected(done)))
+    lines.append(Line("expected, ρ₀", "expected", done.expected))
     rows = [_row(item.name, item.value) for item in lines]
-    inside = None
-    if contents.judged is not None:
-        judged = np.linalg.norm(contents.judged, axis=1)
-        there = np.isfinite(judged)
-        inside = int((judged[there] <= 2.0 * expected(done)[there]).sum()), int(there.sum())
     return {
         "chart": two_widths(
-            lambda width: error_chart(way, title, lines, 2.0 * expected(done), width)
+            lambda width: error_chart(way, title, lines, 2.0 * done.expected, width)
         ),
         "table": BarTable(
             ("Position error", "Root mean square", "Mean", "Median", "Largest"), tuple(rows)
         ),
-        "alarms": alarms(done),
+        "alarms": tuple(map(worded, alarms(done))),
         "groups": _groups(done),
         "notes": compensation_remarks(contents),
         "before": length(rms(done.before)),
-        "expected": length(rms(expected(done))),
+        "expected": length(rms(done.expected)),
         "judged": None if contents.judged is None else length(rms(contents.judged)),
-        "inside": inside,
+        "inside": None if contents.judged is None else as_expected(done, contents.judged),
         "control": None if contents.control is None else length(rms(contents.control)),
         "exact": bool((done.model.covariance == 0.0).all()),
     }

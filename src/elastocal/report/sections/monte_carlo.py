@@ -21,11 +21,11 @@ from elastocal.simulation.prediction import (
     PROMISED,
     chance,
     cloud,
-    is_off,
-    not_covered,
+    doubts_of_campaigns,
     predicted_total,
     worst_pair,
 )
+from elastocal.wording import worded
 from elastocal.wording.numbers import fixed, length, number, percent, shown_unit
 
 _MOST_MARKS = 3  # plans with marks of their own
@@ -43,26 +43,6 @@ def monte_carlo_chapter(contents: Contents) -> Chapter | None:
     return Chapter("Monte Carlo", sections)
 
 
-def monte_carlo_remarks(found: MonteCarlo | None) -> tuple[str, ...]:
-    """Predictions that virtual campaigns do not bear out."""
-    said: list[str] = []
-    if found is None:
-        return ()
-    for plan in found.plans:
-        if is_off(plan):
-            said.append(
-                f"virtual campaigns of {plan.name}: the error found is "
-                f"{number(plan.rms / plan.rho0)} times the predicted ρ₀"
-            )
-        off = [found.springs[i] for i in not_covered(plan)]
-        if off:
-            said.append(
-                f"virtual campaigns of {plan.name}: 95 % intervals of {', '.join(off)} do not "
-                "cover the truth as often as promised"
-            )
-    return tuple(said)
-
-
 def _errors(found: MonteCarlo) -> dict[str, Any]:
     predicted = [predicted_total(plan) for plan in found.plans]
     rows = tuple(_row(p) for p in found.plans)
@@ -78,7 +58,7 @@ def _errors(found: MonteCarlo) -> dict[str, Any]:
         "chart": two_widths(lambda width: histogram_chart(found.plans, predicted, width)),
         "table": BarTable(heads, rows),
         "compared": _compared(found),
-        "remarks": monte_carlo_remarks(found),
+        "remarks": tuple(map(worded, doubts_of_campaigns(found))),
     }
 
 

@@ -11,22 +11,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.compensation.compensate import Compensation
+from elastocal.compensation.remaining import alarms, rms
 from elastocal.identification.result import Identification
 from elastocal.identification.validation import Validation, summary
 from elastocal.planning.plan import Plan
 from elastocal.report.contents import Contents
 from elastocal.report.section import Section
-from elastocal.report.sections.compensation import (
-    alarms,
-    compensation_remarks,
-    expected,
-    rms,
-)
+from elastocal.report.sections.compensation import compensation_remarks
 from elastocal.report.sections.identification import remarks as identification_remarks
-from elastocal.report.sections.monte_carlo import monte_carlo_remarks
 from elastocal.report.sections.provenance import robot_of
 from elastocal.report.sections.validation import origin, removed, validation_remarks
 from elastocal.simulation.monte_carlo import MonteCarlo
+from elastocal.simulation.prediction import doubts_of_campaigns
 from elastocal.wording import worded
 from elastocal.wording.lists import counted
 from elastocal.wording.numbers import length, number, percent, sure
@@ -139,7 +135,7 @@ def _validated(found: Validation) -> Step:
 
 
 def _compensated(contents: Contents, done: Compensation) -> Step:
-    before, left = rms(done.before), rms(expected(done))
+    before, left = rms(done.before), rms(done.expected)
     value = f"{length(before)} → {length(left)}"
     said = f"position error expected along {counted(len(done), 'point')} of the path (RMS)."
     if contents.judged is not None:
@@ -167,8 +163,8 @@ def _alarms(contents: Contents) -> list[tuple[str, tuple[str, ...]]]:
     if contents.plan is not None and contents.plan.assessment.violations:
         said = "This plan breaks its constraints. Do not run it."
         found.append((said, tuple(map(worded, contents.plan.assessment.violations))))
-    if contents.compensation is not None and alarms(contents.compensation):
-        found.append(("Do not run the corrected path.", alarms(contents.compensation)))
+    if contents.compensation is not None and (told := alarms(contents.compensation)):
+        found.append(("Do not run the corrected path.", tuple(map(worded, told))))
     return found
 
 
@@ -183,5 +179,7 @@ def _remarks(contents: Contents) -> tuple[str, ...]:
             kept = contents.validation.measurements.remarks
             remarks += [f"readings kept aside: {remark}" for remark in kept]
         remarks += validation_remarks(contents.validation)
-    remarks += [*compensation_remarks(contents), *monte_carlo_remarks(contents.monte_carlo)]
+    remarks += compensation_remarks(contents)
+    if contents.monte_carlo is not None:
+        remarks += map(worded, doubts_of_campaigns(contents.monte_carlo))
     return tuple(dict.fromkeys(remarks))

@@ -9,13 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from elastocal.identification.validation import Validation, summary
+from elastocal.identification.validation import Validation, doubts_of_validation, summary
 from elastocal.report.charts.dumbbells import dumbbell_chart
 from elastocal.report.charts.strips import Strips, strips_chart
 from elastocal.report.contents import Contents
 from elastocal.report.layout import two_widths
 from elastocal.report.section import Chapter, Section
 from elastocal.report.tables import BarTable, Row
+from elastocal.wording import worded
 from elastocal.wording.lists import counted
 from elastocal.wording.numbers import length, number, percent, sure
 
@@ -46,20 +47,7 @@ def origin(found: Validation) -> str:
 
 def validation_remarks(found: Validation) -> tuple[str, ...]:
     """What should make one doubt the model."""
-    remarks = []
-    before, after = found.by_experiment(found.before), found.by_experiment(found.after)
-    worse = [n for n, a, b in zip(found.measurements.names, after, before, strict=True) if a > b]
-    if worse:
-        shown = ", ".join(worse[:5]) + (f" and {len(worse) - 5} more" if len(worse) > 5 else "")
-        remarks.append(f"validation: with the model the error is larger than without it in {shown}")
-    if found.beyond_chance:
-        remarks.append(
-            f"validation: the errors are larger than noise and covariance explain (χ² = "
-            f"{number(found.chi_square, 4)} with {found.dof} degrees of freedom, p = "
-            f"{number(found.p_value, 2)}); {percent(found.inside)} lie in the intervals that "
-            f"promise {sure(found.confidence)}"
-        )
-    return tuple(remarks)
+    return tuple(f"validation: {worded(doubt)}" for doubt in doubts_of_validation(found))
 
 
 def _values(found: Validation) -> dict[str, Any]:

@@ -1,0 +1,35 @@
+"""What a validation and virtual campaigns do not bear out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from elastocal.errors import Code, Doubt
+from elastocal.wording.lists import listed
+from elastocal.wording.numbers import number, percent, sure
+
+
+def _unexplained(doubt: Doubt) -> str:
+    n = doubt.numbers
+    return (
+        f"the errors are larger than noise and covariance explain (χ² = "
+        f"{number(n['chi_square'], 4)} with {n['dof']} degrees of freedom, p = "
+        f"{number(n['p_value'], 2)}); {percent(n['inside'])} lie in the intervals that "
+        f"promise {sure(n['confidence'])}"
+    )
+
+
+SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
+    "worse-with-model": lambda doubt: (
+        f"with the model the error is larger than without it in {listed(doubt.about)}"
+    ),
+    "errors-unexplained": _unexplained,
+    "unlike-predicted": lambda doubt: (
+        f"virtual campaigns of {doubt.about[0]}: the error found is "
+        f"{number(doubt.numbers['ratio'])} times the predicted ρ₀"
+    ),
+    "not-covered": lambda doubt: (
+        f"virtual campaigns of {doubt.because[0]}: 95 % intervals of {', '.join(doubt.about)} do "
+        "not cover the truth as often as promised"
+    ),
+}
