@@ -10,8 +10,6 @@ import ast
 import re
 from pathlib import Path
 
-import pytest
-
 import elastocal
 from tests.test_examples import ROOT
 
@@ -72,12 +70,13 @@ def module_of(path: Path) -> str:
 
 
 BY_NAME = {module_of(path): path for path in MODULES}
+TREES = {path: ast.parse(path.read_text("utf-8")) for path in MODULES}
 
 
 def imports(path: Path) -> set[str]:
     """Modules of the package that a file imports, wherever in the file."""
     found = set()
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in ast.walk(TREES[path]):
         if isinstance(node, ast.ImportFrom) and node.module:
             assert node.level == 0, f"{path}: relative import"
             longer = {f"{node.module}.{alias.name}" for alias in node.names}
@@ -95,13 +94,16 @@ def test_only_rooms_and_the_ground_floor_stand_in_the_root() -> None:
     assert all((path.parent / "__init__.py").exists() for path in MODULES)
 
 
-@pytest.mark.parametrize("path", MODULES, ids=name_of)
-def test_a_file_imports_what_its_room_may(path: Path) -> None:
-    room = room_of(path)
-    if room in ("__init__", "__main__"):
-        return
-    allowed = set() if room in GROUND else {room} | may_import(room)
-    assert {name.split(".")[1] for name in imports(path)} - set(GROUND) <= allowed
+def test_a_file_imports_what_its_room_may() -> None:
+    wrong = {}
+    for path in MODULES:
+        room = room_of(path)
+        if room in ("__init__", "__main__"):
+            continue
+        allowed = set(GROUND) | (set() if room in GROUND else {room} | may_import(room))
+        if beyond := {name for name in imports(path) if name.split(".")[1] not in allowed}:
+            wrong[name_of(path)] = beyond
+    assert wrong == {}
 
 
 def test_no_files_import_each_other_in_a_circle() -> None:
@@ -119,48 +121,50 @@ def test_the_documented_rooms_are_these() -> None:
     assert {name: rooms for name, _, rooms in rows} == MAY_IMPORT
     assert [name for name, _, _ in rows] == list(MAY_IMPORT)
     for name, sign, _ in rows:
-        docstring = ast.get_docstring(ast.parse((SOURCE / name / "__init__.py").read_text()))
+        docstring = ast.get_docstring(TREES[SOURCE / name / "__init__.py"])
         assert docstring is not None
         assert docstring.splitlines()[0] == sign, name
 
 
+def roots_of(tree: ast.Module) -> set[str]:
+    """Packages that a file imports."""
+    nodes = list(ast.walk(tree))
+    names = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
+    names += [node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)]
+    return {name.split(".")[0] for name in names}
+
+
 def test_no_module_imports_the_test_tools() -> None:
     """Independent checks stay independent: they are no dependency of the package."""
-    for path in MODULES:
-        tree = ast.parse(path.read_text())
-        roots = {
-            alias.name.split(".")[0]
-            for node in ast.walk(tree)
-            if isinstance(node, ast.Import)
-            for alias in node.names
-        } | {
-            (node.module or "").split(".")[0]
-            for node in ast.walk(tree)
-            if isinstance(node, ast.ImportFrom)
-        }
-        assert not roots & {"pinocchio", "cvxpy", "clarabel", "casadi", "hypothesis", "pytest"}
+    tools = {"pinocchio", "cvxpy", "clarabel", "casadi", "hypothesis", "pytest"}
+    assert [name_of(path) for path, tree in TREES.items() if roots_of(tree) & tools] == []
 
 
-@pytest.mark.parametrize("path", [p for p in MODULES if room_of(p) != "cli"], ids=name_of)
-def test_nothing_is_printed_outside_the_command_line(path: Path) -> None:
-    calls = [node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Call)]
-    assert not [
-        call.lineno for call in calls if isinstance(call.func, ast.Name) and call.func.id == "print"
-    ]
+def prints(tree: ast.Module) -> bool:
+    calls = [node.func for node in ast.walk(tree) if isinstance(node, ast.Call)]
+    return any(isinstance(called, ast.Name) and called.id == "print" for called in calls)
+
+
+def test_nothing_is_printed_outside_the_command_line() -> None:
+    loud = {room_of(path) for path, tree in TREES.items() if prints(tree)}
+    assert loud <= {"cli"}
 
 
 SHOWING = ("wording", "drawing", "report", "viewer", "terminal")
 
 
-@pytest.mark.parametrize("path", [p for p in MODULES if room_of(p) in SHOWING], ids=name_of)
-def test_what_shows_values_computes_none(path: Path) -> None:
-    """No random numbers, no distributions, no linear algebra: only lengths and outlines."""
-    tree = ast.parse(path.read_text())
+def computed(tree: ast.Module) -> set[str]:
+    """Random numbers, distributions, linear algebra: all but lengths and outlines."""
     used = {ast.unparse(node) for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
     numeric = {name for name in used if re.fullmatch(r"np\.(random|linalg)\.\w+", name)}
-    assert numeric <= {"np.linalg.norm"}
     modules = {node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
-    assert {name for name in modules if name.startswith("scipy")} <= {"scipy.spatial"}
+    scipy = {name for name in modules if name.startswith("scipy")}
+    return (numeric | scipy) - {"np.linalg.norm", "scipy.spatial"}
+
+
+def test_what_shows_values_computes_none() -> None:
+    found = {name_of(p): computed(tree) for p, tree in TREES.items() if room_of(p) in SHOWING}
+    assert {name: what for name, what in found.items() if what} == {}
 
 
 def undocumented(tree: ast.Module) -> list[str]:
@@ -186,11 +190,11 @@ def undocumented(tree: ast.Module) -> list[str]:
     return missing
 
 
-@pytest.mark.parametrize("path", MODULES, ids=name_of)
-def test_every_public_name_is_documented(path: Path) -> None:
-    assert undocumented(ast.parse(path.read_text())) == []
+def test_every_public_name_is_documented() -> None:
+    missing = {name_of(path): undocumented(tree) for path, tree in TREES.items()}
+    assert {name: names for name, names in missing.items() if names} == {}
 
 
-@pytest.mark.parametrize("path", MODULES, ids=name_of)
-def test_files_stay_short(path: Path) -> None:
-    assert len(path.read_text().splitlines()) <= LONGEST
+def test_files_stay_short() -> None:
+    lengths = {name_of(path): len(path.read_text("utf-8").splitlines()) for path in MODULES}
+    assert {name: lines for name, lines in lengths.items() if lines > LONGEST} == {}
