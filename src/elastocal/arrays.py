@@ -17,6 +17,19 @@ def unset() -> Array:
     return frozen([])
 
 
+def freeze(value: object, /, *names: str, dtype: Any = np.float64, **arrays: ArrayLike) -> None:
+    """Set fields of a frozen dataclass to read-only arrays, in its `__post_init__`.
+
+    Args:
+        value: The dataclass.
+        names: Fields to copy as they are.
+        dtype: Of all that are set.
+        arrays: Other fields with what they become.
+    """
+    for name, array in ({name: getattr(value, name) for name in names} | arrays).items():
+        object.__setattr__(value, name, frozen(array, dtype))
+
+
 def frozen(values: ArrayLike, dtype: Any = np.float64) -> NDArray[Any]:
     """A read-only copy of `values`, so that a frozen dataclass is frozen all the way."""
     array = np.array(values, dtype=dtype)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastocal.arrays import Array, frozen
+from elastocal.arrays import Array, freeze
 from elastocal.errors import InputError
 from elastocal.robot.rotations import frame_about
 
@@ -23,7 +23,7 @@ class FixedVector:
     value: Array
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "value", frozen(np.reshape(self.value, 3)))
+        freeze(self, value=np.reshape(self.value, 3))
 
     @property
     def variables(self) -> int:
@@ -68,7 +68,7 @@ class FreeDirection:
             raise InputError(f"the largest force or torque must be positive, found {self.largest}")
         if not np.linalg.norm(axis) > 0.0:
             raise InputError("the axis of the cone of directions must not be zero")
-        object.__setattr__(self, "axis", frozen(axis / np.linalg.norm(axis)))
+        freeze(self, axis=axis / np.linalg.norm(axis))
 
     @property
     def variables(self) -> int:

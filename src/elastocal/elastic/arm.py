@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from elastocal.arrays import Array, IntArray, frozen
+from elastocal.arrays import Array, IntArray, freeze, frozen
 from elastocal.elastic.springs import VirtualJoints
 from elastocal.robot.chain import Joint, Robot, T_body_joint, Tool, transform
 from elastocal.robot.shapes import BodyMass
@@ -35,7 +35,7 @@ class ElasticArm:
     gravity: Array = field(default_factory=lambda: np.zeros(3))
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "gravity", frozen(np.reshape(self.gravity, 3)))
+        freeze(self, gravity=np.reshape(self.gravity, 3))
 
     @property
     def chain(self) -> Robot:

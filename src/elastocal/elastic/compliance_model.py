@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from elastocal.arrays import Array, frozen, unset
+from elastocal.arrays import Array, freeze, unset
 from elastocal.elastic.springs import VirtualJoints, merged
 from elastocal.errors import InputError
 
@@ -36,8 +36,9 @@ class ComplianceModel:
 
     def __post_init__(self) -> None:
         p = len(self.springs)
-        compliance = frozen(self.compliance)
-        covariance = frozen(self.covariance if np.size(self.covariance) else np.zeros((p, p)))
+        covariance = self.covariance if np.size(self.covariance) else np.zeros((p, p))
+        freeze(self, "compliance", covariance=covariance)
+        compliance, covariance = self.compliance, self.covariance
         if compliance.shape != (p,) or covariance.shape != (p, p):
             raise InputError(
                 f"a model of {p} springs needs {p} compliances and a {p} x {p} covariance; found "
@@ -45,8 +46,6 @@ class ComplianceModel:
             )
         if not (np.isfinite(compliance).all() and np.isfinite(covariance).all()):
             raise InputError("compliances and their covariance must be finite numbers")
-        object.__setattr__(self, "compliance", compliance)
-        object.__setattr__(self, "covariance", covariance)
 
     @property
     def names(self) -> tuple[str, ...]:

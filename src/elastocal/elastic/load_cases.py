@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastocal.arrays import Array, frozen
+from elastocal.arrays import Array, freeze
 from elastocal.errors import InputError
 
 
@@ -27,7 +27,8 @@ class LoadCases:
     wrench: Array
 
     def __post_init__(self) -> None:
-        q, wrench = frozen(self.q), frozen(self.wrench)
+        freeze(self, "q", "wrench")
+        q, wrench = self.q, self.wrench
         if q.ndim != 2 or wrench.shape != (len(q), 6):
             raise InputError(
                 f"load cases need q of shape (N, n) and wrench of shape (N, 6); found {q.shape} "
@@ -35,8 +36,6 @@ class LoadCases:
             )
         if not (np.isfinite(q).all() and np.isfinite(wrench).all()):
             raise InputError("load cases must be finite numbers; found NaN or infinity")
-        object.__setattr__(self, "q", q)
-        object.__setattr__(self, "wrench", wrench)
 
     def __len__(self) -> int:
         return len(self.q)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from elastocal.arrays import Array, BoolArray, IntArray, frozen
+from elastocal.arrays import Array, BoolArray, IntArray, freeze, frozen
 from elastocal.errors import InputError
 from elastocal.robot.chain import Robot
 from elastocal.robot.joint_kinds import JointKind, kind_of
@@ -34,14 +34,13 @@ class VirtualJoints:
     joint: IntArray = field(default_factory=lambda: frozen([], np.int64))
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "body", frozen(self.body, np.int64))
+        freeze(self, "body", dtype=np.int64)
         if np.any(np.diff(self.body) < 0):
             raise InputError("virtual joints must be given in chain order, base first")
-        object.__setattr__(self, "axis", frozen(self.axis))
-        object.__setattr__(self, "origin", frozen(self.origin))
-        object.__setattr__(self, "prismatic", frozen(self.prismatic, np.bool_))
+        freeze(self, "axis", "origin")
+        freeze(self, "prismatic", dtype=np.bool_)
         joint = self.joint if np.size(self.joint) else np.full(len(self.names), -1)
-        object.__setattr__(self, "joint", frozen(joint, np.int64))
+        freeze(self, joint=joint, dtype=np.int64)
 
     @property
     def kinds(self) -> tuple[JointKind, ...]:

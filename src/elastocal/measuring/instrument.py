@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastocal.arrays import Array, frozen
+from elastocal.arrays import Array, freeze
 from elastocal.errors import InputError
 from elastocal.robot.posture import dot
 
@@ -101,7 +101,7 @@ class LaserTracker(Instrument):
     typical_range: float = 3.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "position", frozen(np.reshape(self.position, 3)))
+        freeze(self, position=np.reshape(self.position, 3))
         for name in ("along", "along_per_metre", "across", "across_per_metre"):
             value = getattr(self, name)
             if not (np.isfinite(value) and value >= 0.0):

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from elastocal.arrays import Array, BoolArray, IntArray, frozen
+from elastocal.arrays import Array, BoolArray, IntArray, freeze
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InputError
 from elastocal.robot.chain import Tool
@@ -47,8 +47,10 @@ class Measurements:
     remarks: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        case, marker = frozen(self.case, np.int64), frozen(self.marker, np.int64)
-        deflection, covariance = frozen(self.deflection), frozen(self.covariance)
+        freeze(self, "case", "marker", dtype=np.int64)
+        freeze(self, "deflection", "covariance")
+        case, marker = self.case, self.marker
+        deflection, covariance = self.deflection, self.covariance
         count = len(case)
         if (
             marker.shape != (count,)
@@ -71,13 +73,6 @@ class Measurements:
             raise InputError("a reading refers to an experiment or marker that does not exist")
         if not (np.isfinite(deflection).all() and np.isfinite(covariance).all()):
             raise InputError("deflections and covariances must be finite numbers")
-        for name, value in (
-            ("case", case),
-            ("marker", marker),
-            ("deflection", deflection),
-            ("covariance", covariance),
-        ):
-            object.__setattr__(self, name, value)
 
     def __len__(self) -> int:
         return len(self.case)

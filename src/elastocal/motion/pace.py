@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from elastocal.arrays import Array, frozen, unset
+from elastocal.arrays import Array, freeze, unset
 from elastocal.errors import InputError
 from elastocal.robot.chain import Robot
 
@@ -38,8 +38,7 @@ class Pace:
     change_load: float = 720.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "speed", frozen(self.speed))
-        object.__setattr__(self, "home", frozen(self.home))
+        freeze(self, "speed", "home")
         for name in ("measure", "settle", "change_load"):
             value = getattr(self, name)
             if not (np.isfinite(value) and value >= 0.0):

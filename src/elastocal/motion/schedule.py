@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastocal.arrays import Array, IntArray, frozen
+from elastocal.arrays import Array, IntArray, freeze
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.motion.margins import Vias, legs_of
 from elastocal.motion.pace import Pace
@@ -34,8 +34,7 @@ class Schedule:
     homing: float
 
     def __post_init__(self) -> None:
-        for name in ("moving", "changing", "measuring"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "moving", "changing", "measuring")
 
     @property
     def each(self) -> Array:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastocal.arrays import Array, BoolArray, IntArray, frozen
+from elastocal.arrays import Array, BoolArray, IntArray, freeze
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.motion.pace import Pace
 
@@ -40,7 +40,7 @@ class Order:
     blocked: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "sequence", frozen(self.sequence, np.int64))
+        freeze(self, "sequence", dtype=np.int64)
 
 
 def travel_times(starts: Array, goals: Array, speed: Array) -> Array:

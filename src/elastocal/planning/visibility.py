@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastocal.arrays import Array, BoolArray, frozen
+from elastocal.arrays import Array, BoolArray, freeze
 from elastocal.constraints import AcceptanceCone
 from elastocal.constraints.view import ViewConstraint
 from elastocal.measuring.instrument import LaserTracker
@@ -39,9 +39,8 @@ class Visibility:
     broken: tuple[tuple[str, ...], ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "seen", frozen(self.seen, np.bool_))
-        object.__setattr__(self, "range", frozen(self.range))
-        object.__setattr__(self, "incidence", frozen(self.incidence))
+        freeze(self, "seen", dtype=np.bool_)
+        freeze(self, "range", "incidence")
 
 
 def visibility(space: LoadCaseSpace, q: Array) -> Visibility | None:

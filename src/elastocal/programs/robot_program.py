@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from elastocal import __version__
-from elastocal.arrays import Array, frozen
+from elastocal.arrays import Array, freeze
 from elastocal.errors import InputError
 from elastocal.robot.chain import Robot
 
@@ -107,7 +107,8 @@ class RobotProgram:
     watched: bool = False
 
     def __post_init__(self) -> None:
-        targets, n = frozen(self.targets), len(self.robot.joints)
+        freeze(self, "targets")
+        targets, n = self.targets, len(self.robot.joints)
         if targets.ndim != 2 or targets.shape[1] != n or len(targets) != len(self.target_names):
             raise InputError(
                 f"a program for {self.robot.name!r} needs targets of shape (T, {n}) with T names; "
@@ -124,7 +125,6 @@ class RobotProgram:
                     f"the settling time must be from 0 to {LONGEST_SETTLE:g} s, found "
                     f"{step.seconds:g}"
                 )
-        object.__setattr__(self, "targets", targets)
 
     @property
     def experiments(self) -> int:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from elastocal.arrays import Array, BoolArray, frozen, unset
+from elastocal.arrays import Array, BoolArray, freeze, unset
 from elastocal.errors import InputError
 from elastocal.robot.joint_kinds import JointKind, kind_of
 from elastocal.robot.rotations import frame_about
@@ -45,7 +45,7 @@ class Joint:
         return kind_of(self.prismatic)
 
     def __post_init__(self) -> None:
-        transform = frozen(self.T_parent_joint)
+        transform = np.array(self.T_parent_joint, dtype=float)
         axis = np.array(self.axis, dtype=float)
         if transform.shape != (4, 4) or not np.all(np.isfinite(transform)):
             raise InputError(f"joint {self.name!r}: its transform must be a finite 4x4 matrix")
@@ -57,8 +57,7 @@ class Joint:
                 f"joint {self.name!r}: the lower limit {self.lower:g} must be below the upper "
                 f"limit {self.upper:g}"
             )
-        object.__setattr__(self, "T_parent_joint", transform)
-        object.__setattr__(self, "axis", frozen(axis / length))
+        freeze(self, T_parent_joint=transform, axis=axis / length)
 
 
 @dataclass(frozen=True)
@@ -83,9 +82,8 @@ class Tool:
 
     def __post_init__(self) -> None:
         tcp = self.tcp if np.size(self.tcp) else self.load_point
-        object.__setattr__(self, "tcp", frozen(np.reshape(tcp, 3)))
-        object.__setattr__(self, "load_point", frozen(np.reshape(self.load_point, 3)))
-        object.__setattr__(self, "markers", frozen(np.reshape(self.markers, (-1, 3))))
+        freeze(self, tcp=np.reshape(tcp, 3), load_point=np.reshape(self.load_point, 3))
+        freeze(self, markers=np.reshape(self.markers, (-1, 3)))
         if len(self.marker_names) != len(self.markers):
             raise InputError(
                 f"tool {self.name!r}: {len(self.markers)} markers, {len(self.marker_names)} names"
@@ -139,8 +137,7 @@ class Robot:
                     f"robot {self.name!r}: {part.name!r} belongs to body {part.body}, but the "
                     f"bodies are 0 to {len(self.joints)}"
                 )
-        object.__setattr__(self, "T_tip_flange", frozen(self.T_tip_flange))
-        object.__setattr__(self, "links", frozen(_normal_form(self.joints, self.T_tip_flange)))
+        freeze(self, "T_tip_flange", links=_normal_form(self.joints, self.T_tip_flange))
 
     @property
     def joint_names(self) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastocal.arrays import Array, frozen
+from elastocal.arrays import Array, freeze
 from elastocal.errors import InputError
 from elastocal.robot.chain import Robot
 from elastocal.robot.posture import Posture
@@ -36,7 +36,8 @@ class Coupling:
 
     def __post_init__(self) -> None:
         n = len(self.joint_names)
-        matrix, offset = frozen(self.matrix), frozen(self.offset)
+        freeze(self, "matrix", "offset")
+        matrix, offset = self.matrix, self.offset
         if matrix.shape != (n, n) or offset.shape != (n,):
             raise InputError(
                 f"the coupling of {n} joints needs a {n}x{n} matrix and {n} offsets, found "
@@ -49,8 +50,6 @@ class Coupling:
                 "the coupling cannot be inverted: different joint values of the model would "
                 "have the same values at the controller"
             )
-        object.__setattr__(self, "matrix", matrix)
-        object.__setattr__(self, "offset", offset)
 
     @property
     def is_identity(self) -> bool:

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from elastocal.arrays import Array, frozen
+from elastocal.arrays import Array, freeze, frozen
 from elastocal.errors import Doubt, InputError
 from elastocal.robot.chain import Robot
 from elastocal.robot.controller_axes import Coupling
@@ -46,8 +46,7 @@ class KnownPose:
     point: Array = field(default_factory=lambda: np.zeros(3))
 
     def __post_init__(self) -> None:
-        for key in ("shown", "position", "point"):
-            object.__setattr__(self, key, frozen(getattr(self, key)))
+        freeze(self, "shown", "position", "point")
 
 
 @dataclass(frozen=True)

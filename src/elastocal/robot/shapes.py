@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from elastocal.arrays import Array, frozen
+from elastocal.arrays import Array, freeze
 from elastocal.errors import InputError
 
 DIMENSIONS = {
@@ -42,12 +42,11 @@ class BodyMass:
     name: str = ""
 
     def __post_init__(self) -> None:
-        center = frozen(np.reshape(self.center, 3))
+        freeze(self, center=np.reshape(self.center, 3))
         if not (np.isfinite(self.mass) and self.mass >= 0.0):
             raise InputError(f"mass of {self.name!r}: expected kg from 0, found {self.mass:g}")
-        if not np.all(np.isfinite(center)):
+        if not np.all(np.isfinite(self.center)):
             raise InputError(f"centre of mass of {self.name!r}: expected three finite numbers")
-        object.__setattr__(self, "center", center)
 
 
 @dataclass(frozen=True)
@@ -84,7 +83,8 @@ class Shape:
                 f"expected one of {', '.join(DIMENSIONS)}"
             )
         wanted = DIMENSIONS[self.kind]
-        size, pose = frozen(np.atleast_1d(self.size)), frozen(self.pose)
+        freeze(self, "pose", size=np.atleast_1d(self.size))
+        size, pose = self.size, self.pose
         if size.shape != (len(wanted),) or not np.all(np.isfinite(size)):
             raise InputError(
                 f"shape of {self.name!r}: a {self.kind} needs {len(wanted)} finite numbers "
@@ -97,5 +97,3 @@ class Shape:
             )
         if pose.shape != (4, 4) or not np.all(np.isfinite(pose)):
             raise InputError(f"shape of {self.name!r}: its pose must be a finite 4x4 matrix")
-        object.__setattr__(self, "size", size)
-        object.__setattr__(self, "pose", pose)

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from elastocal.arrays import Array, frozen, unset
+from elastocal.arrays import Array, freeze, unset
 from elastocal.constraints import Clearance, Constraint, JointLimit
 from elastocal.elastic.allowed_loads import FixedVector, Load
 from elastocal.elastic.arm import ElasticArm
@@ -50,7 +50,7 @@ class TestPose:
     case: LoadCases | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "regressor", frozen(self.regressor))
+        freeze(self, "regressor")
 
 
 def test_pose(arm: ElasticArm, case: LoadCases, weight: float, name: str) -> TestPose:
@@ -157,12 +157,11 @@ class Study:
 
     def __post_init__(self) -> None:
         limits = self.limits if self.limits.size else [self.robot.lower, self.robot.upper]
-        object.__setattr__(self, "limits", frozen(_finite_limits(self.robot, np.array(limits))))
+        freeze(self, limits=_finite_limits(self.robot, np.array(limits)))
         object.__setattr__(self, "pace", for_robot(self.pace, self.robot, self.limits))
         p = len(self.springs)
         prior = self.prior if self.prior.size else np.zeros((p, p))
-        object.__setattr__(self, "prior", frozen(prior))
-        object.__setattr__(self, "gravity", frozen(np.reshape(self.gravity, 3)))
+        freeze(self, prior=prior, gravity=np.reshape(self.gravity, 3))
 
     @property
     def sigma(self) -> float:

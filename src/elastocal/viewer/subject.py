@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from elastocal.arrays import Array, IntArray, frozen, unset
+from elastocal.arrays import Array, IntArray, freeze, unset
 from elastocal.elastic.allowed_loads import FixedVector, Load
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.load_cases import LoadCases
@@ -43,9 +43,7 @@ class Stop:
     via: Array = field(default_factory=unset)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "via", frozen(np.reshape(self.via, (-1, len(self.q)))))
-        object.__setattr__(self, "q", frozen(self.q))
-        object.__setattr__(self, "wrench", frozen(self.wrench))
+        freeze(self, "q", "wrench", via=np.reshape(self.via, (-1, len(self.q))))
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from elastocal.arrays import Array, frozen, unset
+from elastocal.arrays import Array, freeze, unset
 from elastocal.constraints.collision.mesh import convex_hull, hulls
 from elastocal.robot.rotations import frame_about
 from elastocal.robot.shapes import Shape
@@ -56,8 +56,7 @@ class Solid:
     covered: bool = False
 
     def __post_init__(self) -> None:
-        for name in ("size", "pose", "segment", "half", "box_pose", "vertices"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "size", "pose", "segment", "half", "box_pose", "vertices")
 
     @property
     def reach(self) -> float:
