@@ -87,7 +87,19 @@ class Regressor:
 
     Attributes:
         rows: (3K or 3K + 3, p, N): three position rows [N·m² for angular springs] of each of
-            K markers and, if asked for, three rotation rows [N·m]; batch axis last.
+            K markers and, if asked for, three rotation rows [N·m]; batch axis last. The rest is
+            kept for `pull`:
+        points: Distinct points of the tool in the flange frame, the load point first [m].
+        markers: Which of them each marker is.
+        at: Where each of them is, (3, 1, N) [m].
+        arms: From the axes to each of them, (3, p, N) [m].
+        velocities: What a unit speed of every virtual joint gives each of them, (3, p, N).
+        axes: (3, p, N) axes of the virtual joints.
+        turns: The same, zero for those that slide.
+        sliding: (p,) which slide; None if none does, so that nothing is masked.
+        force: (3, 1, N) force [N].
+        moment: (3, 1, N) moment [N·m], left out of the sums if `has_moment` is false.
+        generalised_force: (p, N) y of eq. 2, what the wrench exerts on every virtual joint.
     """
 
     def __init__(

@@ -58,7 +58,7 @@ class Posture:
             self.bodies.append(body)
         self.bodies.append(_attached(robot.links[n], body))
         self._points: dict[tuple[int, bytes], Array] = {}
-        self._jacobians: dict[int, Array] = {}
+        self._jacobians: list[tuple[Array, Array]] = []
 
     @property
     def count(self) -> int:
@@ -79,11 +79,11 @@ class Posture:
 
     def point_jacobian(self, point: Array) -> Array:
         """(3, n, N) velocity of a flange point (3, N) for a unit velocity of each joint."""
-        if id(point) in self._jacobians:
-            return self._jacobians[id(point)]
+        for known, velocity in self._jacobians:
+            if known is point:  # constraints and instrument ask for the same marker
+                return velocity
         velocity = velocities(self.axes, point[:, None] - self.origins, self.robot.prismatic)
-        if any(point is known for known in self._points.values()):
-            self._jacobians[id(point)] = velocity
+        self._jacobians.append((point, velocity))
         return velocity
 
     def pull_point(self, point: Array, cotangent: Array) -> Array:

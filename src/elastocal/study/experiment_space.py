@@ -254,7 +254,8 @@ class _Part:
     def pull(self, block_cotangent: Array, margin_cotangent: Array) -> Array:
         n, k = len(self.space.arm.robot.joints), self.space.force.variables
         q_bar, wrench_bar = self._pull_rows(block_cotangent)
-        for pull, weight in zip(self.pulls, margin_cotangent.T, strict=False):
+        constraint_bar, cone_bar = np.split(margin_cotangent.T, [len(self.pulls)])
+        for pull, weight in zip(self.pulls, constraint_bar, strict=True):
             if weight.any():
                 q_bar += pull(weight)
         x = self.x.T
@@ -267,9 +268,7 @@ class _Part:
                 self.space.moment.pull(x[n + k :], wrench_bar[3:]),
             ]
         )
-        for (start, slope), weight in zip(
-            self.cones, margin_cotangent.T[len(self.pulls) :], strict=True
-        ):
+        for (start, slope), weight in zip(self.cones, cone_bar, strict=True):
             gradient[start : start + 3] += slope * weight
         return gradient.T
 
@@ -280,6 +279,7 @@ class _Part:
         cotangent = np.ascontiguousarray(block_cotangent.transpose(1, 2, 0))
         rows_bar, points_bar = self.unwhiten(cotangent)
         q_bar, wrench_bar = self.regressor.pull(rows_bar)
-        for point, bar in zip(self.markers, points_bar or (), strict=False):
+        moved = zip(self.markers, points_bar, strict=True) if points_bar else ()
+        for point, bar in moved:
             q_bar += self.posture.pull_point(point, bar)
         return q_bar, wrench_bar
