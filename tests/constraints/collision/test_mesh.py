@@ -1,0 +1,38 @@
+"""Parts of meshes: what shares a place is one, however badly its triangles meet."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from elastocal.constraints.collision.mesh import hulls
+from elastocal.robot.shapes import Shape
+
+PLACES = {
+    "a T-junction": ("0 0 0, 1 0 0, 1 1 0, 0 1 0, 1 .5 0, 2 0 0, 2 1 .2", "123 134 265 567 573"),
+    "an edge of three faces": ("0 0 0, 0 0 1, 1 0 0, -1 1 0, -1 -1 0", "123 124 125"),
+    "a vertex alone": ("0 0 0, 1 0 0, 0 1 0, -1 0 1, 0 -1 1", "123 145"),
+}
+
+
+def mesh(folder: Path, vertices: str, faces: str) -> Shape:
+    path = folder / "part.obj"
+    lines = [f"v {vertex.strip()}" for vertex in vertices.split(",")]
+    path.write_text("\n".join([*lines, *(f"f {' '.join(face)}" for face in faces.split())]))
+    return Shape("mesh", np.ones(3), np.eye(4), 0, "part", path, path.name)
+
+
+@pytest.mark.parametrize("name", PLACES)
+def test_triangles_that_share_a_place_are_one_part(name: str, tmp_path: Path) -> None:
+    (corners,) = hulls(mesh(tmp_path, *PLACES[name]))
+    given = np.array([vertex.split() for vertex in PLACES[name][0].split(",")], dtype=float)
+    np.testing.assert_allclose(np.ptp(corners, axis=0), np.ptp(given, axis=0))
+
+
+def test_parts_apart_are_two_and_a_flat_one_gets_a_millimetre(tmp_path: Path) -> None:
+    solids = hulls(mesh(tmp_path, "0 0 0, 1 0 0, 0 1 0, 5 0 0, 6 0 0, 5 1 0, 5 0 1", "123 456 457"))
+    assert len(solids) == 2
+    flat = min(solids, key=lambda corners: np.ptp(corners[:, 2]))
+    np.testing.assert_allclose(np.ptp(flat, axis=0), [1.001, 1.001, 0.001])
