@@ -98,7 +98,7 @@ def test_it_is_planned_written_read_and_judged(
         assert made.certificate.position_bound is None
     judged = judged_anew(study, tmp_path / "plan.json", made, bound)
     assert judged.accepted
-    show_evaluations(study, {"made": (4, len(made.repeats), judged)}, {})
+    show_evaluations(study, {"made": judged}, {})
     shown = "–" if name != "P" else micrometres(judged.certificate.lower_bound)
     row = next(line for line in capsys.readouterr().out.splitlines() if "made" in line)
     assert shown in row

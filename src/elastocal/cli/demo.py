@@ -74,6 +74,7 @@ def demo_command(
 
 
 def _say(what: str) -> None:
+    """The name of a step."""
     from rich.text import Text
 
     from elastocal.terminal.console import out
@@ -99,6 +100,7 @@ def _prepare(folder: Path) -> None:
 
 
 def _plan(study: Study, out: Path, seed: int) -> Plan:
+    """A plan, written and shown."""
     from elastocal.cli.planning import planned
     from elastocal.terminal.plans import show_plan
 
@@ -121,6 +123,7 @@ def _measured(
     out: Path,
     rng: np.random.Generator,
 ) -> Measurements:
+    """Load cases with repeats, measured by the virtual robot."""
     from elastocal.files.measurements.measurement_file import read_measurements, write_measurements
     from elastocal.simulation.virtual_campaign import simulate
 
@@ -131,6 +134,7 @@ def _measured(
 def _identify(
     study: Study, data: Measurements, out: Path, known: ComplianceModel | None = None
 ) -> Identification:
+    """A model, written and shown."""
     from elastocal.cli.stages import write_identification
     from elastocal.identification.identify import identify
     from elastocal.terminal.identifications import show_identification

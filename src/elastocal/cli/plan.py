@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -99,6 +99,7 @@ def evaluate_command(
     """Judge plans from the study alone; refuse what breaks a constraint or claims too much."""
     from elastocal.cli.inputs import note_origin, proposals
     from elastocal.cli.planning import bound
+    from elastocal.files.plans.evaluation_document import evaluation_document
     from elastocal.files.plans.proposal_file import study_for
     from elastocal.files.study.study_file import read_study
     from elastocal.planning.evaluation import evaluate
@@ -125,7 +126,7 @@ def evaluate_command(
         key = (wanted.criterion, before, m if wanted.prior.any() else 0)
         if key not in bounds:
             bounds[key] = bound(wanted, m, seed)
-        result = evaluate(
+        results[name] = evaluate(
             wanted,
             proposal.load_cases,
             proposal.repeats,
@@ -133,23 +134,22 @@ def evaluate_command(
             bounds[key],
             proposal.via,
         )
-        results[name] = (m, len(proposal.repeats), result)
     rho0 = {}
     for m, wanted in studies.items() if random else ():
         rho0[m] = random_plans(with_count(wanted, m), random, seed=seed)
     if as_json:
-        print_json({name: _evaluation(*entry) for name, entry in results.items()})
+        print_json({name: evaluation_document(result) for name, result in results.items()})
     else:
         show_evaluations(what, results, rho0)
     _refuse(results)
 
 
-def _refuse(results: dict[str, tuple[int, int, Evaluation]]) -> None:
+def _refuse(results: dict[str, Evaluation]) -> None:
     """Leave with the exit code of the first plan that does not hold."""
     from elastocal.errors import IdentifiabilityError
     from elastocal.wording import worded
 
-    for name, (_, _, result) in results.items():
+    for name, result in results.items():
         if result.assessment.violations:
             raise InfeasibleError(f"{name}: {worded(result.assessment.violations[0])}")
         if result.collisions:
@@ -158,23 +158,3 @@ def _refuse(results: dict[str, tuple[int, int, Evaluation]]) -> None:
             raise IdentifiabilityError(f"{name}: {worded(result.unidentified[0])}")
         if result.objections:
             raise InputError(f"{name}: {worded(result.objections[0])}")
-
-
-def _evaluation(count: int, configurations: int, result: Evaluation) -> dict[str, Any]:
-    from elastocal.wording import worded
-
-    worth, proof = result.assessment, result.certificate
-    bound = proof.position_bound
-    return {
-        "experiments": count,
-        "configurations": configurations,
-        "rho0_mm": 1e3 * worth.rho0,
-        "lower_bound_mm": None if bound is None else 1e3 * bound,
-        "efficiency": proof.efficiency,
-        "standard_error": [float(v) for v in worth.standard_error],
-        "seen": None
-        if result.view is None
-        else dict(zip(result.view.markers, result.view.seen.tolist(), strict=True)),
-        "accepted": result.accepted,
-        "objections": [worded(doubt) for doubt in (*result.objections, *result.unidentified)],
-    }

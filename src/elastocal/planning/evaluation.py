@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from elastocal.arrays import IntArray
+from elastocal.arrays import IntArray, frozen
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import Code, Doubt
 from elastocal.motion.margins import Vias, motion_violations
@@ -31,6 +31,7 @@ class Evaluation:
     """A proposed plan, judged.
 
     Attributes:
+        repeats: (S,) how often each of its load cases is measured.
         assessment: What it is worth.
         certificate: How far it can be from the best, by a bound of its own count.
         objections: Every broken constraint and every claim that does not hold.
@@ -39,12 +40,18 @@ class Evaluation:
         view: What the tracker sees in every configuration; None if there is no tracker.
     """
 
+    repeats: IntArray
     assessment: Assessment
     certificate: Certificate
     objections: tuple[Doubt, ...]
     unidentified: tuple[Doubt, ...]
     collisions: tuple[Doubt, ...] = ()
     view: Visibility | None = None
+
+    @property
+    def count(self) -> int:
+        """Number of experiments m."""
+        return int(self.repeats.sum())
 
     @property
     def accepted(self) -> bool:
@@ -79,7 +86,8 @@ def evaluate(
     collisions = motion_violations(study.motion_space, cases.q, via)
     objections = [*worth.violations, *collisions, *_false_claims(study, worth, proof, claims)]
     view = visibility(study.space, cases.q)
-    return Evaluation(worth, proof, tuple(objections), open_ends, collisions, view)
+    repeats = frozen(repeats, np.int64)
+    return Evaluation(repeats, worth, proof, tuple(objections), open_ends, collisions, view)
 
 
 def _false_claims(

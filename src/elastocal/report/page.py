@@ -7,8 +7,6 @@ In: contents. Out: HTML text. Everything a user named passes through escaping: j
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
@@ -16,7 +14,7 @@ from markupsafe import Markup
 from elastocal.drawing.palette import COLOURS
 from elastocal.errors import InputError
 from elastocal.report.contents import Contents
-from elastocal.report.section import Chapter, Section
+from elastocal.report.section import Chapter, Section, Values
 from elastocal.report.sections.compensation import compensation_chapter
 from elastocal.report.sections.identification import identification_chapter
 from elastocal.report.sections.monte_carlo import monte_carlo_chapter
@@ -88,7 +86,7 @@ def _html(section: Section, environment: Environment) -> Markup:
     return Markup(environment.get_template(section.template).render(**section.values))
 
 
-def _script_json(value: Mapping[str, Any]) -> Markup:
+def _script_json(value: Values) -> Markup:
     """JSON that cannot end the script element it stands in."""
     text = json.dumps(value, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
     for character in "<>&":

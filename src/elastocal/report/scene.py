@@ -21,6 +21,7 @@ from elastocal.drawing.solids import Mesh, arrow, ball, sphere, tube, union
 from elastocal.drawing.stage import DrawnCase, Stage
 from elastocal.drawing.surfaces import Surface, aperture, wall
 from elastocal.planning.plan import Plan
+from elastocal.report.section import Values
 from elastocal.robot.chain import Robot
 from elastocal.robot.posture import Posture
 from elastocal.wording.numbers import words as words_of
@@ -31,7 +32,7 @@ _LINK, _JOINT, _TOOL, _ARROW = 0.014, 0.027, 0.007, 0.006  # radii over the size
 _LIGHT = {"ambient": 0.62, "diffuse": 0.6, "specular": 0.12, "roughness": 0.7, "fresnel": 0.1}
 
 
-def scene(plan: Plan, stage: Stage) -> dict[str, Any]:
+def scene(plan: Plan, stage: Stage) -> Values:
     """The configurations of a plan among test poses and constraints."""
     constraints, robot = plan.study.constraints, plan.study.robot
     traces: list[Trace] = []
@@ -52,7 +53,7 @@ def scene(plan: Plan, stage: Stage) -> dict[str, Any]:
     return {"data": traces, "layout": _layout(stage), "count": len(stage.planned)}
 
 
-def vector_scene(stage: Stage, robot: Robot) -> dict[str, Any]:
+def vector_scene(stage: Stage, robot: Robot) -> Values:
     """Configurations with the small vectors that begin at their markers."""
     traces = _crowd(stage, robot)
     for i, figure in enumerate(stage.planned):
@@ -66,9 +67,7 @@ def vector_scene(stage: Stage, robot: Robot) -> dict[str, Any]:
     return {"data": traces, "layout": _layout(stage), "count": len(stage.planned)}
 
 
-def path_scene(
-    stage: Stage, robot: Robot, lines: Mapping[str, tuple[Array, str, int]]
-) -> dict[str, Any]:
+def path_scene(stage: Stage, robot: Robot, lines: Mapping[str, tuple[Array, str, int]]) -> Values:
     """One configuration, and lines (., 3) [m] with colour and width by the role of their switch."""
     traces = _crowd(stage, robot)
     for role, (points, colour, width) in lines.items():
@@ -258,7 +257,7 @@ def _short(text: str, most: int = 34) -> str:
     return text if len(text) <= most else text[: most - 1] + "…"
 
 
-def _layout(stage: Stage) -> dict[str, Any]:
+def _layout(stage: Stage) -> Values:
     """Layout with equal scales, z up, seen from the front and the right."""
     axes = {}
     for name, low, high in zip("xyz", 1e3 * stage.lower, 1e3 * stage.upper, strict=True):

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+
+Values = Mapping[str, object]
+"""What a template or a script shows, by the names it has there."""
 
 
 @dataclass(frozen=True)
@@ -20,8 +22,8 @@ class Section:
 
     id: str
     name: str
-    values: Mapping[str, Any]
-    scene: Mapping[str, Any] | None = field(default=None, repr=False)
+    values: Values
+    scene: Values | None = field(default=None, repr=False)
 
     @property
     def template(self) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from rich import box
 from rich.table import Table
@@ -156,9 +158,9 @@ def duration_sentence(times: Schedule) -> str:
 
 
 def show_evaluations(
-    study: Study, results: dict[str, tuple[int, int, Evaluation]], random: dict[int, Array]
+    study: Study, results: Mapping[str, Evaluation], random: Mapping[int, Array]
 ) -> None:
-    """Plans side by side: name → (experiments, configurations, evaluation).
+    """Plans side by side, by name.
 
     `random` has ρ0 of random plans for each number of experiments.
     """
@@ -167,24 +169,24 @@ def show_evaluations(
     )
     for column in ("plan", "m", "configs", "ρ0", "bound", "efficiency", "verdict"):
         table.add_column(column, justify="left" if column in ("plan", "verdict") else "right")
-    for name, (count, configurations, result) in results.items():
+    for name, result in results.items():
         proof = result.certificate
         known = proof.kind != "none"
         bound = "–" if proof.position_bound is None else micrometres(proof.position_bound)
         verdict = Text("holds", "green") if result.accepted else Text("refused", "bold red")
         table.add_row(
             Text(name),
-            str(count),
-            str(configurations),
+            str(result.count),
+            str(len(result.repeats)),
             micrometres(result.assessment.rho0),
             bound,
             f"{proof.efficiency:.4f}" if known else "–",
             verdict,
         )
     whole(table)
-    errors = {name: result.assessment.standard_error for name, (_, _, result) in results.items()}
+    errors = {name: result.assessment.standard_error for name, result in results.items()}
     out.print(_errors(study, errors))
-    for name, (_, _, result) in results.items():
+    for name, result in results.items():
         show_view(result.view, name)
         for doubt in (*result.objections, *result.unidentified):
             out.print(Text(f"{name}: {worded(doubt)}", "red"))
@@ -194,8 +196,8 @@ def show_evaluations(
             f"{len(rho0)} random feasible plans of {m} experiments: ρ0 median "
             f"{micrometres(middle)}, 5 % below {micrometres(low)}, 95 % below {micrometres(high)}"
         )
-        for name, (count, _, result) in results.items():
-            if count == m:
+        for name, result in results.items():
+            if result.count == m:
                 better = float((rho0 < result.assessment.rho0).mean())
                 factor = middle / result.assessment.rho0
                 out.print(

@@ -6,7 +6,6 @@ In: compensation, residuals of a true model if there are any. Out: sections.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -21,7 +20,7 @@ from elastocal.report.contents import Contents
 from elastocal.report.layout import two_widths
 from elastocal.report.path_picture import magnification, path_picture
 from elastocal.report.scene import path_scene
-from elastocal.report.section import Chapter, Section
+from elastocal.report.section import Chapter, Section, Values
 from elastocal.report.tables import BarTable, Row
 from elastocal.wording import together, worded
 from elastocal.wording.lists import counted
@@ -80,7 +79,7 @@ def _ranges(points: list[int]) -> str:
     return f"point{'s' if len(points) > 1 else ''} {', '.join(shown)}{more}"
 
 
-def _path(contents: Contents, done: Compensation) -> tuple[dict[str, Any], dict[str, Any]]:
+def _path(contents: Contents, done: Compensation) -> tuple[Values, Values]:
     """Pictures of the path and the 3D scene."""
     wanted = done.target[:, :3, 3]
     after, name = done.after, "with compensation, by the model"
@@ -118,6 +117,7 @@ def _path(contents: Contents, done: Compensation) -> tuple[dict[str, Any], dict[
 
 
 def _length(points: Array) -> float:
+    """Length of a path through points (N, 3)."""
     return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
 
 
@@ -129,7 +129,7 @@ def _way(done: Compensation) -> tuple[Array, str]:
     return np.arange(1.0, len(done) + 1.0), "point"
 
 
-def _remaining(contents: Contents, done: Compensation) -> dict[str, Any]:
+def _remaining(contents: Contents, done: Compensation) -> Values:
     """Errors along the path and their sizes."""
     way, title = _way(done)
     size = np.linalg.norm(done.before, axis=1)
@@ -165,6 +165,7 @@ def _remaining(contents: Contents, done: Compensation) -> dict[str, Any]:
 
 
 def _row(name: str, size: Array) -> Row:
+    """Sizes (N,) of an error [m]."""
     size = size[np.isfinite(size)]
     if not len(size):
         return Row((name, "–", "–", "–", "–"))
@@ -172,7 +173,7 @@ def _row(name: str, size: Array) -> Row:
     return Row((name, *(length(value) for value in values)))
 
 
-def _corrections(done: Compensation) -> dict[str, Any]:
+def _corrections(done: Compensation) -> Values:
     """What the joints do."""
     way, title = _way(done)
     robot = done.arm.robot

@@ -29,7 +29,7 @@ from elastocal.report.intervals import Family, families
 from elastocal.report.layout import two_widths
 from elastocal.report.residual_figures import residual_figures
 from elastocal.report.scene import vector_scene
-from elastocal.report.section import Chapter, Section
+from elastocal.report.section import Chapter, Section, Values
 from elastocal.report.verdict import Tile
 from elastocal.wording import worded
 from elastocal.wording.lists import counted
@@ -105,7 +105,8 @@ def tiles(found: Identification) -> list[Tile]:
     return made
 
 
-def _result(contents: Contents, found: Identification) -> dict[str, Any]:
+def _result(contents: Contents, found: Identification) -> Values:
+    """The compliances, and what is weak in them."""
     kinds = families(found, contents.references)
     return {
         "tiles": tiles(found),
@@ -119,6 +120,7 @@ def _result(contents: Contents, found: Identification) -> dict[str, Any]:
 
 
 def _forest(family: Family, contents: Contents, found: Identification) -> Any:
+    """Intervals of one kind of springs."""
     panels = [
         (f"compliance [{family.unit}]", family.compliance),
         (f"stiffness [{family.stiffness_unit}]", family.stiffness),
@@ -153,7 +155,8 @@ def _how(found: Identification) -> list[str]:
     return said
 
 
-def _residuals(found: Identification) -> dict[str, Any]:
+def _residuals(found: Identification) -> Values:
+    """How the residuals are spread."""
     data, quantiles = found.measurements, residual_quantiles(found)
     band = twice_the_noise(found)
     strips = Strips(found.residual, band, data.case, data.names, "twice the noise")
@@ -190,7 +193,8 @@ def lack_of_fit_in_words(found: Identification) -> str:
     return said + f"That is what chance does (p = {p}): repeats do not contradict the model."
 
 
-def _influence(found: Identification) -> dict[str, Any]:
+def _influence(found: Identification) -> Values:
+    """What every experiment decides."""
     data, left_out = found.measurements, left_out_rms(found)
     count = len(data.cases)
     own = found.influence
@@ -209,7 +213,8 @@ def _influence(found: Identification) -> dict[str, Any]:
     return {"chart": chart, "rows": rows, "others": count - len(order)}
 
 
-def _correlation(found: Identification) -> dict[str, Any]:
+def _correlation(found: Identification) -> Values:
+    """Which compliances are hard to tell apart."""
     p = len(found.identified)
     worst = np.arange(p)[::-1][: min(_WORST, max(p - 1, 1))]
     seen = found.singular_values[worst] / found.singular_values[0]
@@ -224,6 +229,7 @@ def _correlation(found: Identification) -> dict[str, Any]:
 
 
 def _strongest(found: Identification) -> str:
+    """The two that are correlated most, in words."""
     correlation = np.abs(np.tril(found.correlation, -1))
     i, j = np.unravel_index(int(np.argmax(correlation)), correlation.shape)
     value = float(found.correlation[i, j])

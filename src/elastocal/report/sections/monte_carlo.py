@@ -5,8 +5,6 @@ In: Monte Carlo, the plan's study for units. Out: sections.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from elastocal.report.charts.calibration import Statistic, calibration_chart
@@ -14,7 +12,7 @@ from elastocal.report.charts.cloud import cloud_chart
 from elastocal.report.charts.histograms import histogram_chart
 from elastocal.report.contents import Contents
 from elastocal.report.layout import two_widths
-from elastocal.report.section import Chapter, Section
+from elastocal.report.section import Chapter, Section, Values
 from elastocal.report.tables import BarTable, Row
 from elastocal.simulation.monte_carlo import Campaigns, MonteCarlo
 from elastocal.simulation.prediction import (
@@ -43,7 +41,8 @@ def monte_carlo_chapter(contents: Contents) -> Chapter | None:
     return Chapter("Monte Carlo", sections)
 
 
-def _errors(found: MonteCarlo) -> dict[str, Any]:
+def _errors(found: MonteCarlo) -> Values:
+    """Errors found against those predicted."""
     predicted = [predicted_total(plan) for plan in found.plans]
     rows = tuple(_row(p) for p in found.plans)
     sizes = ("ρ₀ predicted", "RMS found", "Found / predicted", "Mean", "Median")
@@ -63,6 +62,7 @@ def _errors(found: MonteCarlo) -> dict[str, Any]:
 
 
 def _row(plan: Campaigns) -> Row:
+    """Sizes of the errors of a plan."""
     total = plan.total
     quantiles = [length(float(np.quantile(total, q))) for q in (0.5, 0.9, 0.95, 0.99)]
     cells = (
@@ -90,7 +90,8 @@ def _compared(found: MonteCarlo) -> str:
     return f"The error is smallest with {best.name}; it is " + ", ".join(said) + "."
 
 
-def _estimates(contents: Contents, found: MonteCarlo) -> dict[str, Any]:
+def _estimates(contents: Contents, found: MonteCarlo) -> Values:
+    """Estimates against what is predicted of them."""
     shown = found.plans[:_MOST_MARKS]
     allowed = chance(found.number)
     statistics = [
@@ -134,7 +135,7 @@ def _unit(contents: Contents, spring: str) -> str:
     return shown_unit(springs.kinds[springs.names.index(spring)].compliance)[1]
 
 
-def _clouds(contents: Contents, found: MonteCarlo) -> list[dict[str, Any]]:
+def _clouds(contents: Contents, found: MonteCarlo) -> list[Values]:
     """The two compliances that the first plan tells apart worst, for every plan, same axes."""
     pair = worst_pair(found.plans[0])
     first, second = (found.springs[k] for k in pair)

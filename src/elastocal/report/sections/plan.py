@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from markupsafe import Markup
@@ -28,7 +27,7 @@ from elastocal.report.layout import two_widths
 from elastocal.report.planned_stage import planned_stage
 from elastocal.report.run_sheet import run_sheet, tool_points, way_home
 from elastocal.report.scene import scene
-from elastocal.report.section import Chapter, Section
+from elastocal.report.section import Chapter, Section, Values
 from elastocal.report.verdict import bound_of, verdict
 from elastocal.wording.numbers import number
 
@@ -71,7 +70,7 @@ def plan_chapter(contents: Contents, *, alone: bool) -> Chapter | None:
     return Chapter("Plan", tuple(sections))
 
 
-def _robot(plan: Plan, drawn: Stage) -> dict[str, Any]:
+def _robot(plan: Plan, drawn: Stage) -> Values:
     """Static pictures of everything."""
     return {
         "plan": plan,
@@ -81,7 +80,7 @@ def _robot(plan: Plan, drawn: Stage) -> dict[str, Any]:
     }
 
 
-def _worth(plan: Plan, random: Array | None, others: Mapping[str, Assessment]) -> dict[str, Any]:
+def _worth(plan: Plan, random: Array | None, others: Mapping[str, Assessment]) -> Values:
     """ρ0 among other plans, and by test pose."""
     rho0 = plan.assessment.rho0
     compared = {name: other.rho0 for name, other in others.items()}
@@ -126,7 +125,7 @@ def _trade_off(plan: Plan, trade_off: TradeOff) -> list[tuple[str, Markup, str]]
     return curves
 
 
-def _certificate(plan: Plan, drawn: Stage, proof: tuple[str, ...]) -> dict[str, Any]:
+def _certificate(plan: Plan, drawn: Stage, proof: tuple[str, ...]) -> Values:
     """Peak of the sensitivity function and support of the continuous design."""
     certificate = plan.certificate
     return {

@@ -52,6 +52,7 @@ def robot_of(contents: Contents) -> Robot | None:
 
 
 def _source(name: str, data: Measurements) -> list[tuple[str, str]]:
+    """File of measurements, with its hash."""
     rows = [(name, data.source or "not from a file")]
     if data.sha256:
         rows.append((f"{name}, SHA-256", data.sha256))

@@ -85,6 +85,7 @@ def state_section(contents: Contents) -> Section:
 
 
 def _steps(contents: Contents) -> Iterator[Step]:
+    """The stages there are."""
     if contents.plan is not None:
         yield _planned(contents.plan)
     if contents.identification is not None:
@@ -98,6 +99,7 @@ def _steps(contents: Contents) -> Iterator[Step]:
 
 
 def _planned(plan: Plan) -> Step:
+    """ρ0 of the plan."""
     efficiency = plan.certificate.efficiency
     said = (
         f"expected position error ρ₀ after compensation, from {counted(plan.count, 'experiment')}"
@@ -108,6 +110,7 @@ def _planned(plan: Plan) -> Step:
 
 
 def _identified(found: Identification) -> Step:
+    """The least certain compliance."""
     with np.errstate(divide="ignore"):
         relative = found.standard_error / np.abs(found.compliance)
     worst = int(np.argmax(relative))
@@ -125,6 +128,7 @@ def _identified(found: Identification) -> Step:
 
 
 def _validated(found: Validation) -> Step:
+    """What the model removes."""
     before, after = summary(found.before), summary(found.after)
     said = (
         f"of the deflection removed, {length(before.rms)} → {length(after.rms)}, in "
@@ -135,6 +139,7 @@ def _validated(found: Validation) -> Step:
 
 
 def _compensated(contents: Contents, done: Compensation) -> Step:
+    """The error along the path before and after."""
     before, left = rms(done.before), rms(done.expected)
     value = f"{length(before)} → {length(left)}"
     said = f"position error expected along {counted(len(done), 'point')} of the path (RMS)."
@@ -148,6 +153,7 @@ def _compensated(contents: Contents, done: Compensation) -> Step:
 
 
 def _simulated(found: MonteCarlo) -> Step:
+    """The plan that differs most from its prediction."""
     ratios = [plan.rms / plan.rho0 for plan in found.plans]
     worst = max(ratios, key=lambda ratio: abs(np.log(ratio)))
     said = f"root mean square error found in {found.number} virtual campaigns"

@@ -5,8 +5,6 @@ In: validation. Out: the section.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from elastocal.identification.validation import Validation, doubts_of_validation, summary
@@ -14,7 +12,7 @@ from elastocal.report.charts.dumbbells import dumbbell_chart
 from elastocal.report.charts.strips import Strips, strips_chart
 from elastocal.report.contents import Contents
 from elastocal.report.layout import two_widths
-from elastocal.report.section import Chapter, Section
+from elastocal.report.section import Chapter, Section, Values
 from elastocal.report.tables import BarTable, Row
 from elastocal.wording import worded
 from elastocal.wording.lists import counted
@@ -50,7 +48,8 @@ def validation_remarks(found: Validation) -> tuple[str, ...]:
     return tuple(f"validation: {worded(doubt)}" for doubt in doubts_of_validation(found))
 
 
-def _values(found: Validation) -> dict[str, Any]:
+def _values(found: Validation) -> Values:
+    """Errors with and without the model."""
     data = found.measurements
     before, after = found.by_experiment(found.before), found.by_experiment(found.after)
     band = f"{sure(found.confidence)} prediction interval"
