@@ -81,6 +81,7 @@ _PUBLIC = {
     "simulate": "elastocal.simulation.virtual_campaign",
     "LoadError": "elastocal.simulation.virtual_campaign",
     "Outliers": "elastocal.simulation.virtual_campaign",
+    "Reality": "elastocal.simulation.virtual_campaign",
     "campaigns": "elastocal.simulation.monte_carlo",
     "MonteCarlo": "elastocal.simulation.monte_carlo",
     "read_model": "elastocal.files.models.model_file",

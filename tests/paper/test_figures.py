@@ -17,12 +17,14 @@ from elastocal.elastic.springs import joint_springs
 from elastocal.identification.fit import Fit
 from elastocal.measuring.instrument import Isotropic
 from elastocal.simulation.monte_carlo import MonteCarlo, campaigns
+from elastocal.simulation.virtual_campaign import Reality
 from elastocal.study.study import Study, test_pose, with_count
 from tests.kr270 import kr270_study, kr270_truth, published_plans
 from tests.paper.problems import PlanarForceSpace, kr270, three_link_study
 from tests.paper.published import A0, A0_PLUS, FORCE_IN_TABLE_2, TABLE_2, TEST_CONFIGURATION
 
 LINEAR = Fit(model="linear")
+STRAIGHT = Reality(linear=True)
 CAMPAIGNS = 20_000
 SIGMA = 1e-4  # m, of Fig. 3; forces of 1 N and lengths of about 1 m
 
@@ -87,13 +89,17 @@ def figure_3() -> MonteCarlo:
             wrench[:, 1], wrench[:, 2] = np.sin(alpha), np.cos(alpha)
             cases = LoadCases(np.stack([0 * q2, q2, q3], axis=1), wrench)
             plans[name] = (cases, np.full(len(q2), row.repeats))
-    return campaigns(study, truth, plans, CAMPAIGNS, seed=3, how=LINEAR, linear=True)
+    return campaigns(
+        study, truth, plans, CAMPAIGNS, seed=3, how=LINEAR, reality=Reality(linear=True)
+    )
 
 
 def figure_9(matrix: np.ndarray) -> MonteCarlo:
     study = kr270(matrix)
     truth = kr270_truth(kr270_study())
-    return campaigns(study, truth, published_plans(), CAMPAIGNS, seed=9, how=LINEAR, linear=True)
+    return campaigns(
+        study, truth, published_plans(), CAMPAIGNS, seed=9, how=LINEAR, reality=Reality(linear=True)
+    )
 
 
 def test_figure_3() -> None:
@@ -125,7 +131,7 @@ def random_errors(
     study: Study, truth: ComplianceModel, plans: dict[str, tuple[LoadCases, np.ndarray]]
 ) -> tuple[np.ndarray, np.ndarray]:
     """ρ0 of random plans, and the errors of 50 campaigns of each [m]."""
-    found = campaigns(study, truth, plans, 50, seed=4, how=LINEAR, linear=True)
+    found = campaigns(study, truth, plans, 50, seed=4, how=LINEAR, reality=STRAIGHT)
     return np.array([p.rho0 for p in found.plans]), np.stack([p.total for p in found.plans])
 
 

@@ -24,7 +24,7 @@ from elastocal.report.charts.correlation import _colour
 from elastocal.report.charts.strips import Strips
 from elastocal.report.contents import Contents
 from elastocal.report.intervals import decimals_of
-from elastocal.simulation.virtual_campaign import Outliers, simulate
+from elastocal.simulation.virtual_campaign import Outliers, Reality, simulate
 from elastocal.wording import worded
 from elastocal.wording.numbers import length
 from tests.report.examples import (
@@ -282,7 +282,7 @@ def test_outlier_leaves_the_band_and_is_named() -> None:
         plan.load_cases,
         np.full(3, 5),
         rng,
-        outliers=Outliers(0.1, 1e-3),
+        reality=Reality(outliers=Outliers(0.1, 1e-3)),
     )
     found = identify(plan.study.arm, data, Fit(sigma="estimated"))
     page = report.html(Contents(identification=found))

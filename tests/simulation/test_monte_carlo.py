@@ -23,7 +23,7 @@ from elastocal.measuring.instrument import LaserTracker
 from elastocal.robot.shapes import BodyMass
 from elastocal.simulation.monte_carlo import CHUNK, Campaigns, campaigns
 from elastocal.simulation.remaining_error import errors_left, judge
-from elastocal.simulation.virtual_campaign import LoadError, Outliers, simulate
+from elastocal.simulation.virtual_campaign import LoadError, Outliers, Reality, simulate
 from elastocal.study.study import Study
 from tests.arms import random_chain
 from tests.campaigns import measured
@@ -96,7 +96,7 @@ def test_the_judge_is_the_position_after_compensation() -> None:
     arm under load is at the target; then the true arm is loaded there."""
     pose = STUDY.test_poses[0]
     estimate = TRUTH.compliance[1:] * np.array([1.02, 0.97, 1.01, 0.99, 1.03])
-    left = errors_left(judge(STUDY, TRUTH, pose, linear=False), estimate[None])[0]
+    left = errors_left(judge(STUDY.arm, TRUTH, pose, linear=False), estimate[None])[0]
     assert pose.tool is not None
     assert pose.case is not None
     tool = pose.tool.at_tcp
@@ -126,10 +126,10 @@ def test_the_judge_is_the_position_after_compensation() -> None:
 
 def test_a_pose_is_judged_by_its_load_case_where_it_has_one() -> None:
     pose = STUDY.test_poses[0]
-    assert judge(STUDY, TRUTH, pose, linear=False).arm is not None
-    assert judge(STUDY, TRUTH, pose, linear=True).arm is None
+    assert judge(STUDY.arm, TRUTH, pose, linear=False).arm is not None
+    assert judge(STUDY.arm, TRUTH, pose, linear=True).arm is None
     for less in (replace(pose, case=None), replace(pose, tool=None)):
-        bare = judge(STUDY, TRUTH, less, linear=False)
+        bare = judge(STUDY.arm, TRUTH, less, linear=False)
         assert bare.arm is None
         estimate = TRUTH.compliance[None, 1:] * [[1.5, 1, 1, 1, 1], [1, 1, 1, 1, 3.0]]
         off = (estimate - TRUTH.compliance[1:]) @ pose.regressor.T
@@ -141,7 +141,9 @@ def test_poses_of_unequal_weight() -> None:
     pose = STUDY.test_poses[0]
     other = replace(pose, name="far", regressor=2.0 * pose.regressor, weight=3.0, case=None)
     two = replace(STUDY, test_poses=(pose, other))
-    one = campaigns(two, TRUTH, {"a": PLANS["4 configurations"]}, 20, linear=True).plans[0]
+    one = campaigns(
+        two, TRUTH, {"a": PLANS["4 configurations"]}, 20, reality=Reality(linear=True)
+    ).plans[0]
     np.testing.assert_allclose(one.weight, [0.25, 0.75])
     np.testing.assert_allclose(one.error[:, 1], 2.0 * one.error[:, 0])
     np.testing.assert_allclose(one.total, np.sqrt(0.25 + 0.75 * 4.0) * one.error[:, 0])
@@ -191,7 +193,7 @@ def check_statistics(found: Campaigns) -> None:
 def test_estimates_scatter_as_predicted(linear: bool, sigma: str) -> None:
     """2000 campaigns of each published plan: linear truth, linear fit; nonlinear, iterated fit."""
     how = Fit("linear" if linear else "equilibrium", sigma)  # type: ignore[arg-type]
-    found = campaigns(STUDY, TRUTH, PLANS, 2000, seed=11, how=how, linear=linear)
+    found = campaigns(STUDY, TRUTH, PLANS, 2000, seed=11, how=how, reality=Reality(linear=linear))
     assert [one.experiments for one in found.plans] == [12] * 5
     assert found.known == ("A1",)
     for one in found.plans:
@@ -238,8 +240,10 @@ def test_the_linear_fit_of_a_nonlinear_truth_is_biased() -> None:
 def test_load_errors_and_outliers_break_the_prediction() -> None:
     """Two more negative controls: what the covariance (13) does not know of widens the scatter."""
     plan = {"plan": PLANS["4 configurations"]}
-    loads = campaigns(STUDY, TRUTH, plan, 1000, seed=1, load_error=LoadError(0.01, 0.005))
-    gross = campaigns(STUDY, TRUTH, plan, 1000, seed=1, outliers=Outliers(0.1, 1e-3))
+    loads = campaigns(STUDY, TRUTH, plan, 1000, seed=1, reality=Reality(LoadError(0.01, 0.005)))
+    gross = campaigns(
+        STUDY, TRUTH, plan, 1000, seed=1, reality=Reality(outliers=Outliers(0.1, 1e-3))
+    )
     for found in (loads, gross):
         assert found.plans[0].likelihood_ratio()[1] < 1e-12
         assert found.plans[0].spread.max() > 1.3
@@ -265,13 +269,12 @@ def test_noise_free_data_give_the_truth_back() -> None:
     """Linear data by the linear fit, nonlinear data by the iterated one: to 1e-10."""
     for linear, model in ((True, "linear"), (False, "equilibrium")):
         made = simulate(
-            STUDY,
+            replace(STUDY, instrument=ec.Isotropic(1e-16)),
             TRUTH,
             published_cases(4),
             np.ones(4, dtype=int),
             np.random.default_rng(0),
-            instrument=ec.Isotropic(1e-16),
-            linear=linear,
+            reality=Reality(linear=linear),
         )
         found = identify(STUDY.arm, made, Fit(model=model), known=TRUTH)  # type: ignore[arg-type]
         np.testing.assert_allclose(found.compliance, TRUTH.compliance[1:], rtol=1e-10)
@@ -283,14 +286,8 @@ def test_the_error_of_the_linear_fit_falls_linearly_with_the_load() -> None:
     errors = []
     for load in loads:
         cases = published_cases(4, np.array([0.0, 0.0, -load]))
-        made = simulate(
-            STUDY,
-            TRUTH,
-            cases,
-            np.ones(4, dtype=int),
-            np.random.default_rng(0),
-            instrument=ec.Isotropic(1e-18),
-        )
+        exact = replace(STUDY, instrument=ec.Isotropic(1e-18))
+        made = simulate(exact, TRUTH, cases, np.ones(4, dtype=int), np.random.default_rng(0))
         found = identify(STUDY.arm, made, Fit(model="linear"), known=TRUTH)
         errors.append(np.abs(found.compliance / TRUTH.compliance[1:] - 1.0))
     ratios = np.array(errors[:-1]) / np.array(errors[1:])

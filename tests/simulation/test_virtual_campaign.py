@@ -18,7 +18,14 @@ from elastocal.errors import EquilibriumError, InputError
 from elastocal.files.models.model_file import read_model
 from elastocal.files.study.study_file import read_study
 from elastocal.measuring.instrument import Isotropic, LaserTracker
-from elastocal.simulation.virtual_campaign import LoadError, Outliers, disturbed, noise, simulate
+from elastocal.simulation.virtual_campaign import (
+    LoadError,
+    Outliers,
+    Reality,
+    disturbed,
+    noise,
+    simulate,
+)
 from elastocal.study.study import Study
 from tests.paper.published import TABLE_5
 
@@ -44,13 +51,16 @@ def cases() -> LoadCases:
 REPEATS = np.array([4, 1, 3])
 
 
+def exact(study: Study) -> Study:
+    """The study with an instrument next to perfect."""
+    return replace(study, instrument=Isotropic(1e-15))
+
+
 def test_without_noise_the_readings_are_the_equilibrium(
     study: Study, truth: ComplianceModel, cases: LoadCases
 ) -> None:
     """All springs of the truth bend, also those that the study does not identify."""
-    made = simulate(
-        study, truth, cases, REPEATS, np.random.default_rng(0), instrument=Isotropic(1e-15)
-    )
+    made = simulate(exact(study), truth, cases, REPEATS, np.random.default_rng(0))
     arm = ElasticArm(study.robot, truth.springs, study.experiments.tool)
     expected = loaded_deflection(arm, truth.compliance, cases)
     order = [0, 0, 0, 0, 1, 2, 2, 2]
@@ -62,15 +72,8 @@ def test_without_noise_the_readings_are_the_equilibrium(
 def test_the_linear_truth_is_the_regressor(
     study: Study, truth: ComplianceModel, cases: LoadCases
 ) -> None:
-    made = simulate(
-        study,
-        truth,
-        cases,
-        np.ones(3, dtype=int),
-        np.random.default_rng(0),
-        instrument=Isotropic(1e-15),
-        linear=True,
-    )
+    once, rng = np.ones(3, dtype=int), np.random.default_rng(0)
+    made = simulate(exact(study), truth, cases, once, rng, reality=Reality(linear=True))
     rows = deflection(replace(study.arm, springs=truth.springs), truth.compliance, cases)
     np.testing.assert_allclose(made.deflection, rows[:, :3], atol=1e-14)
 
@@ -92,7 +95,11 @@ def test_a_tracker_is_noisier_across_its_beam(
 ) -> None:
     tracker = LaserTracker(np.array([4.0, 1.0, 1.0]), 2e-6, 0.2e-6, 15e-6, 6e-6)
     made = simulate(
-        study, truth, cases, np.array([4000, 0, 0]), np.random.default_rng(2), instrument=tracker
+        replace(study, instrument=tracker),
+        truth,
+        cases,
+        np.array([4000, 0, 0]),
+        np.random.default_rng(2),
     )
     arm = ElasticArm(study.robot, truth.springs, study.experiments.tool)
     beam = markers_at(arm, cases.q[:1], np.zeros((1, 6)))[0] - tracker.position
@@ -126,7 +133,12 @@ def test_load_errors_change_the_load_and_nothing_else(
     """Same noise with and without; what is recorded stays what was ordered."""
     plain = simulate(study, truth, cases, REPEATS, np.random.default_rng(5))
     off = simulate(
-        study, truth, cases, REPEATS, np.random.default_rng(5), load_error=LoadError(0.01, 0.0)
+        study,
+        truth,
+        cases,
+        REPEATS,
+        np.random.default_rng(5),
+        reality=Reality(LoadError(0.01, 0.0)),
     )
     np.testing.assert_array_equal(off.cases.wrench, plain.cases.wrench)
     change = off.deflection - plain.deflection
@@ -169,7 +181,12 @@ def test_a_share_of_the_readings_is_grossly_wrong(
     many = np.array([1000, 0, 0])
     plain = simulate(study, truth, cases, many, np.random.default_rng(5))
     odd = simulate(
-        study, truth, cases, many, np.random.default_rng(5), outliers=Outliers(0.1, 2e-3)
+        study,
+        truth,
+        cases,
+        many,
+        np.random.default_rng(5),
+        reality=Reality(outliers=Outliers(0.1, 2e-3)),
     )
     change = np.linalg.norm(odd.deflection - plain.deflection, axis=1)
     wrong = change > 0.0

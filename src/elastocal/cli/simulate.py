@@ -72,27 +72,22 @@ def simulate_command(
     from elastocal.files.study.study_file import read_study
     from elastocal.identification.fit import Fit
     from elastocal.simulation.monte_carlo import campaigns
-    from elastocal.simulation.virtual_campaign import LoadError, Outliers, simulate
+    from elastocal.simulation.virtual_campaign import LoadError, Outliers, Reality, simulate
     from elastocal.terminal.console import progress
 
     out = out or Path("measurements.csv" if number is None else "campaigns.json")
     writable(out, study, truth, *plans, suffix=".csv" if number is None else ".json")
     what = read_study(study)
     true = read_model(truth, what.robot)
-    load_error = LoadError(load_error_percent / 100.0, float(np.radians(load_direction_deg)))
-    outliers = Outliers(outliers_percent / 100.0, outlier_mm / 1e3)
+    reality = Reality(
+        LoadError(load_error_percent / 100.0, float(np.radians(load_direction_deg))),
+        Outliers(outliers_percent / 100.0, outlier_mm / 1e3),
+        linear,
+    )
     if number is None:
         plan = only_proposal(plans, what)
-        made = simulate(
-            what,
-            true,
-            plan.load_cases,
-            plan.repeats,
-            np.random.default_rng(seed),
-            load_error=load_error,
-            outliers=outliers,
-            linear=linear,
-        )
+        rng = np.random.default_rng(seed)
+        made = simulate(what, true, plan.load_cases, plan.repeats, rng, reality=reality)
         write_measurements(made, what.robot, out)
         _say_measurements(made, out, as_json)
         return
@@ -106,9 +101,7 @@ def simulate_command(
             seed=seed,
             workers=workers,
             how=Fit(cast(Model, fit), cast(Sigma, sigma)),
-            load_error=load_error,
-            outliers=outliers,
-            linear=linear,
+            reality=reality,
             progress=tell,
         )
     write_campaigns(found, what.springs, out)

@@ -21,11 +21,9 @@ from elastocal.identification.batch import Design, fit_all
 from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
 from elastocal.identification.uncertainty import quantile
-from elastocal.measuring.instrument import Instrument
 from elastocal.simulation.remaining_error import Judge, errors_left, judge
 from elastocal.simulation.virtual_campaign import (
-    LoadError,
-    Outliers,
+    Reality,
     VirtualReadings,
     deflections,
     disturbed,
@@ -163,9 +161,7 @@ class _Plan:
     compliance: Array
     how: Fit
     judges: tuple[Judge, ...]
-    load_error: LoadError
-    outliers: Outliers
-    linear: bool
+    reality: Reality
 
 
 def campaigns(
@@ -177,10 +173,7 @@ def campaigns(
     seed: int = 0,
     workers: int = 1,
     how: Fit | None = None,
-    instrument: Instrument | None = None,
-    load_error: LoadError | None = None,
-    outliers: Outliers | None = None,
-    linear: bool = False,
+    reality: Reality | None = None,
     progress: Progress | None = None,
 ) -> MonteCarlo:
     """Simulate, identify and judge `number` campaigns of every plan.
@@ -196,10 +189,8 @@ def campaigns(
         seed: Same seed, same result, whatever the number of workers.
         workers: Processes.
         how: How to fit; robust losses and bounds are not available here.
-        instrument: What measures; the study's if None.
-        load_error: How true loads differ from recorded ones.
-        outliers: Gross errors.
-        linear: A linear truth, judged by the regressors of the test poses: for statistics.
+        reality: Load errors, outliers; a linear truth is judged by the regressors of the test
+            poses.
         progress: Told what is going on.
 
     Raises:
@@ -207,24 +198,24 @@ def campaigns(
         IdentifiabilityError: a plan does not identify the springs.
         EquilibriumError: the arm gives way.
     """
-    how = how or Fit()
+    how, reality = how or Fit(), reality or Reality()
+    linear, arm = reality.linear, study.arm
     _check(study, truth, number, workers, how)
     shared: dict[str, _Plan] = {}
     for name, (cases, repeats) in plans.items():
-        ideal = virtual_readings(study, truth, cases, instrument=instrument, linear=linear)
+        ideal = virtual_readings(arm, study.instrument, truth, cases, linear=linear)
         shared[name] = _Plan(
             _design(study, truth, ideal, cases, repeats, how),
             ideal,
             truth.compliance,
             how,
-            tuple(judge(study, truth, pose, linear=linear) for pose in study.test_poses),
-            load_error or LoadError(),
-            outliers or Outliers(),
-            linear,
+            tuple(judge(arm, truth, pose, linear=linear) for pose in study.test_poses),
+            reality,
         )
         # One campaign the long way: it refuses what cannot be identified, by name.
-        one = simulate(study, truth, cases, repeats, np.random.default_rng(seed), linear=linear)
-        identify(study.arm, one, how, known=truth)
+        plain, rng = Reality(linear=linear), np.random.default_rng(seed)
+        one = simulate(study, truth, cases, repeats, rng, reality=plain)
+        identify(arm, one, how, known=truth)
     jobs = [
         (name, size, np.random.SeedSequence(seed, spawn_key=(i, k)))
         for i, name in enumerate(plans)
@@ -327,13 +318,14 @@ def _readings(plan: _Plan, size: int, rng: np.random.Generator) -> Array:
     by_noise, by_load, by_outlier = rng.spawn(3)
     many = np.tile(case, size)
     true = ideal.deflection[many]
-    if plan.load_error.size or plan.load_error.direction:
-        wrench = disturbed(cases.wrench[many], plan.load_error, by_load)
+    load_error, outliers = plan.reality.load_error, plan.reality.outliers
+    if load_error.size or load_error.direction:
+        wrench = disturbed(cases.wrench[many], load_error, by_load)
         acting = LoadCases(cases.q[many], wrench)
-        true = deflections(ideal.arm, plan.compliance, acting, plan.linear)
+        true = deflections(ideal.arm, plan.compliance, acting, plan.reality.linear)
     read = true + noise(ideal.covariance, many, by_noise)
-    if plan.outliers.share:
-        read = read + gross_errors(read.shape, plan.outliers, by_outlier)
+    if outliers.share:
+        read = read + gross_errors(read.shape, outliers, by_outlier)
     return np.asarray(read.reshape(size, len(case), *read.shape[1:]))
 
 

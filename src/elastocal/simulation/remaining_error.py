@@ -14,7 +14,7 @@ from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.equilibrium import loaded_deflection
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.study.study import Study, TestPose
+from elastocal.study.study import TestPose
 
 
 @dataclass(frozen=True)
@@ -37,13 +37,13 @@ class Judge:
     case: LoadCases | None = None
 
 
-def judge(study: Study, truth: ComplianceModel, pose: TestPose, *, linear: bool) -> Judge:
+def judge(arm: ElasticArm, truth: ComplianceModel, pose: TestPose, *, linear: bool) -> Judge:
     """The judge of a test pose; by its regressor where it has no load case, or if `linear`."""
-    free = np.array([truth.names.index(name) for name in study.springs.names])
+    free = np.array([truth.names.index(name) for name in arm.springs.names])
     if linear or pose.case is None or pose.tool is None:
         return Judge(truth.compliance, free, pose.regressor)
-    arm = replace(study.arm, springs=truth.springs, tool=pose.tool.at_tcp)
-    return Judge(truth.compliance, free, pose.regressor, arm, pose.case)
+    true = replace(arm, springs=truth.springs, tool=pose.tool.at_tcp)
+    return Judge(truth.compliance, free, pose.regressor, true, pose.case)
 
 
 def errors_left(judge: Judge, estimates: Array) -> Array:

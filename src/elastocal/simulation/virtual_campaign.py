@@ -6,7 +6,7 @@ Deflections are those of the nonlinear equilibrium, a route that does not use th
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -61,6 +61,22 @@ class Outliers:
 
 
 @dataclass(frozen=True)
+class Reality:
+    """How a virtual cell differs from what is recorded of it, besides noise.
+
+    Attributes:
+        load_error: How true loads differ from recorded ones, anew in each experiment.
+        outliers: Gross errors.
+        linear: Deflections of the linear model instead of the equilibrium: for statistics of an
+            estimator, not for its application.
+    """
+
+    load_error: LoadError = field(default_factory=LoadError)
+    outliers: Outliers = field(default_factory=Outliers)
+    linear: bool = False
+
+
+@dataclass(frozen=True)
 class VirtualReadings:
     """Everything of a virtual campaign that does not depend on chance.
 
@@ -82,10 +98,7 @@ def simulate(
     repeats: IntArray,
     rng: np.random.Generator,
     *,
-    instrument: Instrument | None = None,
-    load_error: LoadError | None = None,
-    outliers: Outliers | None = None,
-    linear: bool = False,
+    reality: Reality | None = None,
 ) -> Measurements:
     """Measure every load case as often as `repeats` says; each time is an experiment of its own.
 
@@ -95,11 +108,7 @@ def simulate(
         cases: S load cases, as they are recorded.
         repeats: (S,) how often each is measured.
         rng: Source of chance; load errors and outliers leave the noise as it is without them.
-        instrument: What measures; the study's if None.
-        load_error: How the true load differs from the recorded one, anew in each experiment.
-        outliers: Gross errors.
-        linear: Deflections of the linear model instead of the equilibrium: for statistics of an
-            estimator, not for its application.
+        reality: Load errors and outliers; none if None.
 
     Raises:
         EquilibriumError: the arm gives way under a load case.
@@ -107,17 +116,19 @@ def simulate(
     """
     case = np.repeat(np.arange(len(cases)), repeats)
     by_noise, by_load, by_outlier = rng.spawn(3)
-    ideal = virtual_readings(study, truth, cases, instrument=instrument, linear=linear)
+    reality = reality or Reality()
+    ideal = virtual_readings(study.arm, study.instrument, truth, cases, linear=reality.linear)
     true = ideal.deflection[case]
-    if load_error is not None and (load_error.size or load_error.direction):
-        wrench = disturbed(cases.wrench[case], load_error, by_load)
+    if reality.load_error.size or reality.load_error.direction:
+        wrench = disturbed(cases.wrench[case], reality.load_error, by_load)
         acting = LoadCases(cases.q[case], wrench)
-        true = deflections(ideal.arm, truth.compliance, acting, linear)
+        true = deflections(ideal.arm, truth.compliance, acting, reality.linear)
     covariance = ideal.covariance[case]
     read = true + noise(ideal.covariance, case, by_noise)
-    if outliers is not None:
-        read = read + gross_errors(read.shape, outliers, by_outlier)
+    if reality.outliers.share:
+        read = read + gross_errors(read.shape, reality.outliers, by_outlier)
     count, markers = read.shape[:2]
+    kind = "linear" if reality.linear else "nonlinear"
     return Measurements(
         tool=ideal.arm.tool,
         cases=LoadCases(cases.q[case], cases.wrench[case]),
@@ -126,17 +137,17 @@ def simulate(
         marker=np.tile(np.arange(markers), count),
         deflection=read.reshape(-1, 3),
         covariance=covariance.reshape(-1, 3, 3),
-        source=f"simulated, {'linear' if linear else 'nonlinear'} truth: {truth.source or 'given'}",
+        source=f"simulated, {kind} truth: {truth.source or 'given'}",
     )
 
 
 def virtual_readings(
-    study: Study,
+    arm: ElasticArm,
+    instrument: Instrument,
     truth: ComplianceModel,
     cases: LoadCases,
     *,
-    instrument: Instrument | None = None,
-    linear: bool = False,
+    linear: bool,
 ) -> VirtualReadings:
     """True deflections of load cases and the covariance of their readings; see `simulate`."""
     negative = [n for n, k in zip(truth.names, truth.compliance, strict=True) if k < 0.0]
@@ -145,11 +156,10 @@ def virtual_readings(
             f"the compliance of {negative[0]} is negative; a true one cannot be: no arm moves "
             "against the load"
         )
-    arm = replace(study.arm, springs=truth.springs)
+    arm = replace(arm, springs=truth.springs)
     still = np.zeros((len(cases), len(truth.springs)))
     points = markers_at(arm, cases.q, still).reshape(len(cases), -1, 3)
-    meter = instrument or study.instrument
-    covariance = meter.covariance(points.reshape(-1, 3)).reshape(*points.shape, 3)
+    covariance = instrument.covariance(points.reshape(-1, 3)).reshape(*points.shape, 3)
     true = deflections(arm, truth.compliance, cases, linear)
     return VirtualReadings(arm, true, covariance)
 
