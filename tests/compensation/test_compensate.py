@@ -169,13 +169,13 @@ def test_rho0_is_the_formula_of_the_plan() -> None:
 
 @pytest.mark.parametrize("linear", [False, True])
 def test_what_remains_is_within_the_predicted_rho0(linear: bool) -> None:
-    """1000 identified models: mean square, covariance and bias at points all along the path."""
+    """400 identified models: mean square, covariance and bias at points all along the path."""
     rng = np.random.default_rng(7)
     root_ = np.diag(0.03 * TRUTH.compliance) @ (np.eye(6) + 0.3 * rng.normal(size=(6, 6)))
     covariance = root_ @ root_.T
-    cases = LoadCases(PATH.q[::25], PATH.wrench[::25])
+    cases = LoadCases(PATH.q[::40], PATH.wrench[::40])
     rule = compensate_linearly if linear else compensate
-    draws = 1000
+    draws = 400
     estimates = rng.multivariate_normal(TRUTH.compliance, covariance, draws)
     left = np.array(
         [
@@ -185,11 +185,11 @@ def test_what_remains_is_within_the_predicted_rho0(linear: bool) -> None:
     )
     done = rule(ARM, ComplianceModel(TRUTH.springs, TRUTH.compliance, covariance), cases)
     found = np.sqrt((left**2).sum(axis=2).mean(axis=0))
-    # Relative standard error of a root mean square of 1000 draws: at most 1/√(2·1000) = 2.2 %.
-    np.testing.assert_allclose(found, done.rho0, rtol=0.08)
+    # Relative standard error of a root mean square of 400 draws: at most 1/√(2·400) = 3.5 %.
+    np.testing.assert_allclose(found, done.rho0, rtol=0.12)
     for i in range(len(cases)):
         scale = np.trace(done.covariance[i])
-        np.testing.assert_allclose(np.cov(left[:, i].T), done.covariance[i], atol=0.12 * scale)
+        np.testing.assert_allclose(np.cov(left[:, i].T), done.covariance[i], atol=0.2 * scale)
     # Unbiased, eq. (16): the mean is within sampling error of zero.
     assert (sizes(left.mean(axis=0)) < 4.0 * done.rho0 / np.sqrt(draws)).all()
     assert (found < 0.1 * sizes(done.before)).all()
