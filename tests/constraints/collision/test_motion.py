@@ -210,6 +210,31 @@ def test_what_blocks_all_ways_is_named() -> None:
     assert "from home to configuration 1: the straight one hits curtain" in str(error.value)
 
 
+WALL = ("wall", (0.0, -0.2), (0.1, 1.5))
+
+
+def box_gap(points: np.ndarray, sides: tuple[float, float], centre: tuple[float, float]) -> float:
+    """Least distance of the ball from a box along a dense row of points."""
+    off = np.maximum(np.abs(points - centre) - np.array(sides) / 2.0, 0.0)
+    return float(np.linalg.norm(off, axis=1).min()) - 0.1
+
+
+def test_the_shortest_way_over_one_point_is_taken() -> None:
+    """Of the same random points, judged here by dense samples and timed by the slowest slide."""
+    study = slider([WALL])
+    home, speed = study.pace.home, study.pace.speed
+    draws = np.random.default_rng([0, 0]).uniform(-1.0, 1.0, (200, 2))
+    times = []
+    for via in draws:
+        legs = [(home, via), (via, GOAL[0])]
+        rows = [a + np.linspace(0.0, 1.0, 400)[:, None] * (b - a) for a, b in legs]
+        free = min(box_gap(row, (0.1, 1.5), (0.0, -0.2)) for row in rows) > 0.01
+        took = sum(float((np.abs(b - a) / speed).max()) for a, b in legs)
+        times.append(took if free else np.inf)
+    via = detours(study.motion_space, GOAL)[0]
+    np.testing.assert_allclose(via, draws[[int(np.argmin(times))]])
+
+
 def known_ways(
     monkeypatch: pytest.MonkeyPatch, ways: dict[tuple[str, str], list[list[float]]]
 ) -> None:
@@ -223,9 +248,6 @@ def known_ways(
         return None
 
     monkeypatch.setattr("elastocal.motion.via_points.way_around", found)
-
-
-WALL = ("wall", (0.0, -0.2), (0.1, 1.5))
 
 
 def test_home_the_way_it_came(monkeypatch: pytest.MonkeyPatch) -> None:

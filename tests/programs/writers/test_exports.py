@@ -240,6 +240,18 @@ def test_any_path(turns: list[float], controller: str, name: str) -> None:
     np.testing.assert_allclose(np.array(moves) / scale, program.targets, atol=np.radians(1e-4))
 
 
+def test_a_krl_program_is_not_called_as_one_of_its_points() -> None:
+    """In KRL a module, its points and the axes share one space of names, without case."""
+    q = np.zeros((2, 6))
+    q[1] = 0.1
+    program = path_program(arm("RRRRRR"), q, name="x")
+    point = f"x{program.target_names[1]}"
+    for name, module in ((point, f"{point}_1"), ("A3", "A3_1"), ("a7", "a7")):
+        files = export(replace(program, name=name), "krl")
+        assert sorted(files) == [f"{module}.dat", f"{module}.src"]
+        assert f"DEFDAT {module}\n" in files[f"{module}.dat"]
+
+
 @settings(max_examples=40)
 @given(
     limit=st.floats(0.5, 3.1),
