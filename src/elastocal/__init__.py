@@ -86,6 +86,7 @@ _PUBLIC = {
     "MonteCarlo": "elastocal.simulation.monte_carlo",
     "read_model": "elastocal.files.models.model_file",
     "write_model": "elastocal.files.models.model_file",
+    "Approach": "elastocal.programs.approach",
     "campaign_program": "elastocal.programs.campaign_program",
     "path_program": "elastocal.programs.robot_program",
     "export": "elastocal.programs.writers",

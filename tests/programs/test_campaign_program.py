@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from elastocal.constraints import HalfSpace
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InfeasibleError, InputError
+from elastocal.programs.approach import Approach
 from elastocal.programs.campaign_program import STANDARD_GRAVITY, campaign_program, load_text
 from elastocal.programs.robot_program import Ask, Measure, Move, RobotProgram, Settle, path_program
 from tests.programs.writers.campaigns import arm, study_for
@@ -62,7 +63,7 @@ def test_the_robot_never_moves_with_the_load_on(repeats: list[int], home: bool) 
 def test_approach_distances() -> None:
     study = study_for(arm("PRR"))
     program = campaign_program(
-        study, LoadCases(Q, WRENCH), np.array([1, 1]), prebias=0.02, prebias_sliding=0.003
+        study, LoadCases(Q, WRENCH), np.array([1, 1]), approach=Approach(0.02, 0.003)
     )
     np.testing.assert_allclose(
         program.targets[1::2] - program.targets[::2], [[0.003, 0.02, 0.02]] * 2
@@ -110,22 +111,26 @@ def test_home_must_keep_the_limits_and_is_noted_if_it_breaks_constraints() -> No
 
 
 @pytest.mark.parametrize(
-    ("options", "words"),
+    ("approach", "words"),
     [
         ({"settle": -1.0}, "settling time"),
         ({"settle": 301.0}, "settling time"),
         ({"settle": np.nan}, "settling time"),
-        ({"speed": 0.0}, "speed"),
-        ({"speed": 1.1}, "speed"),
-        ({"prebias": -0.1}, "approach distance"),
-        ({"prebias": np.nan}, "approach distance"),
-        ({"prebias_sliding": np.inf}, "approach distance"),
-        ({"prebias": 4.0}, "cannot be approached"),
+        ({"angle": -0.1}, "approach distance"),
+        ({"angle": np.nan}, "approach distance"),
+        ({"length": np.inf}, "approach distance"),
+        ({"angle": 4.0}, "cannot be approached"),
     ],
 )
-def test_arguments_out_of_range(options: dict[str, float], words: str) -> None:
+def test_approaches_out_of_range(approach: dict[str, float], words: str) -> None:
     with pytest.raises(InputError, match=words):
-        campaign(**options)
+        campaign(approach=Approach(**approach))
+
+
+@pytest.mark.parametrize("speed", [0.0, 1.1])
+def test_speeds_out_of_range(speed: float) -> None:
+    with pytest.raises(InputError, match="speed"):
+        campaign(speed=speed)
 
 
 def test_provenance() -> None:

@@ -50,6 +50,7 @@ def export_command(
     from elastocal.cli.inputs import study_of_plan
     from elastocal.cli.programs import write_program
     from elastocal.files.plans.proposal_file import read_proposal
+    from elastocal.programs.approach import Approach
     from elastocal.programs.campaign_program import campaign_program
     from elastocal.programs.writers import Settings
     from elastocal.terminal.programs import show_program
@@ -63,9 +64,7 @@ def export_command(
         proposal.repeats,
         name=name or what.name,
         home=_home(what, home),
-        prebias=float(np.radians(prebias_deg)),
-        prebias_sliding=prebias_mm / 1e3,
-        settle=settle_s,
+        approach=Approach(float(np.radians(prebias_deg)), prebias_mm / 1e3, settle_s),
         speed=speed_percent / 100.0,
         digest=_digest(plan_file),
         via=proposal.via,

@@ -7,6 +7,7 @@ every axis turns or slides a small amount to get there.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -20,6 +21,26 @@ from elastocal.robot.posture import Posture
 _ROUNDING = 1e-9  # of a joint value at its limit [rad, m]
 _TOLERANCE = 1e-5  # of a margin, as in `assessment`
 _TRIED = 4096  # combinations of sides: all of them up to twelve joints
+
+
+@dataclass(frozen=True)
+class Approach:
+    """How a pose is approached and measured.
+
+    Attributes:
+        angle: How far before the pose joints that turn start [rad].
+        length: The same of joints that slide [m].
+        settle: Wait before every measurement [s].
+    """
+
+    angle: float = float(np.radians(0.5))
+    length: float = 1e-3
+    settle: float = 2.0
+
+    def __post_init__(self) -> None:
+        for value in (self.angle, self.length):
+            if not (np.isfinite(value) and value >= 0.0):
+                raise InputError(f"an approach distance must not be negative, found {value:g}")
 
 
 def approaches(

@@ -19,7 +19,7 @@ from elastocal.errors import InfeasibleError, InputError
 from elastocal.motion.margins import Vias, blocked, motion_margins
 from elastocal.motion.space import MotionSpace
 from elastocal.planning.assessment import TOLERANCE, assess
-from elastocal.programs.approach import approaches
+from elastocal.programs.approach import Approach, approaches
 from elastocal.programs.robot_program import (
     Ask,
     Measure,
@@ -46,9 +46,7 @@ def campaign_program(
     *,
     name: str = "",
     home: ArrayLike | None = None,
-    prebias: float = np.radians(0.5),
-    prebias_sliding: float = 1e-3,
-    settle: float = 2.0,
+    approach: Approach | None = None,
     speed: float = 0.1,
     digest: str = "",
     via: Vias = (),
@@ -64,9 +62,7 @@ def campaign_program(
         repeats: (S,) how often each is measured.
         name: Name of the program, the study's if empty.
         home: (n,) where to start and to end [rad or m]; None to start at the first approach point.
-        prebias: Approach distance of joints that turn [rad].
-        prebias_sliding: Approach distance of joints that slide [m].
-        settle: Wait before every measurement [s].
+        approach: How poses are approached and measured; the usual if None.
         speed: Share of full speed, in (0, 1].
         digest: SHA-256 of the plan file.
         via: Configurations passed on the way, see `motion.Vias`.
@@ -78,12 +74,10 @@ def campaign_program(
     worth = assess(study, cases, repeats)
     if worth.violations:
         raise InfeasibleError(worded(worth.violations[0])).with_doubts(*worth.violations)
-    for value in (prebias, prebias_sliding):
-        if not (np.isfinite(value) and value >= 0.0):
-            raise InputError(f"an approach distance must not be negative, found {value:g}")
+    approach = approach or Approach()
     robot, limits = study.robot, study.limits
     q = np.clip(cases.q, limits[0], limits[1])
-    amount = np.where(robot.prismatic, prebias_sliding, prebias)
+    amount = np.where(robot.prismatic, approach.length, approach.angle)
     before, same = approaches(robot, q, amount, limits, study.constraints)
     beside = np.stack([np.clip(before, limits[0], limits[1]), q], axis=1).reshape(-1, q.shape[1])
     start, notes = ([], []) if home is None else _home(study, home)
@@ -98,7 +92,9 @@ def campaign_program(
         robot=robot,
         targets=np.vstack([*start, beside, between]),
         target_names=(*(["H0"] * len(start)), *labels),
-        steps=_steps(study, cases, repeats, len(start), settle, [len(part) for part in passed]),
+        steps=_steps(
+            study, cases, repeats, len(start), approach.settle, [len(part) for part in passed]
+        ),
         speed=speed,
         provenance=Provenance(study.name, digest),
         notes=(*_notes(bool(start), same), *notes),

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InputError
+from elastocal.programs.approach import Approach
 from elastocal.programs.campaign_program import campaign_program
 from elastocal.programs.robot_program import RobotProgram, path_program
 from elastocal.programs.writers import ENDINGS, WRITERS, Settings, export
@@ -200,9 +201,11 @@ def programs(draw: st.DrawFn) -> RobotProgram:
         LoadCases(np.clip(q, robot.lower, robot.upper), wrench),
         rng.integers(1, 4, count),
         home=draw(st.sampled_from([None, np.zeros(n)])),
-        prebias=0.0 if edge else np.radians(0.5),
-        prebias_sliding=0.0 if edge else 1e-3,
-        settle=draw(st.floats(0.0, 300.0).map(lambda s: round(s, 2))),
+        approach=Approach(
+            0.0 if edge else np.radians(0.5),
+            0.0 if edge else 1e-3,
+            draw(st.floats(0.0, 300.0).map(lambda s: round(s, 2))),
+        ),
         speed=draw(st.floats(0.01, 1.0)),
         digest=DIGEST,
     )
