@@ -74,6 +74,12 @@ CASES: dict[str, tuple[str, str, list[str], int]] = {
     "speed in the other unit": (
         "instrument:", "motion: {max_speed_mm_s: {A1: 5}}\ninstrument:",
         ["line 13", "'A1' belongs under max_speed_deg_s"], 2),
+    "one speed is no number": (
+        "instrument:", "motion: {max_speed_deg_s: {A1: fast}}\ninstrument:",
+        ["line 13: motion.max_speed_deg_s.A1: expected a number, found 'fast'"], 2),
+    "one angle is no number": (
+        "q_deg: [0, -56.9, 89.3, 45.1, 76, 57.2]", "q_deg: {A1: zero}",
+        ["line 8: test_poses.q_deg.A1: expected a number, found 'zero'"], 2),
     "speed zero": ("instrument:", "motion: {max_speed_deg_s: 0}\ninstrument:", ["positive"], 2),
     "home out of limits": (
         "instrument:", "motion: {home_deg: [0, 9, 0, 0, 0, 0]}\ninstrument:",

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import elastocal as ec
+from elastocal.errors import PathFileError
 from elastocal.files.tables.csv_table import read_table
 from elastocal.robot.chain import transform
 from elastocal.robot.rotations import from_zyx_angles
@@ -32,7 +33,7 @@ def corrected(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_the_corrected_file_holds_what_it_promises(corrected: Path) -> None:
-    table = read_table(corrected)
+    table = read_table(corrected, PathFileError)
     assert len(table.rows) == 200
     degrees = {"deg": 1.0}
     q = np.radians(table.numbers(KUKA.joint_names, degrees))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from elastocal.files.models.compliance_units import factor_to_si
+from elastocal.files.compliance_units import factor_to_si
 from elastocal.files.tables.units import UNITS
 from elastocal.robot.joint_kinds import KINDS, PRISMATIC, REVOLUTE, JointKind, kind_of
 

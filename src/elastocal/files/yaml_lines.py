@@ -5,6 +5,8 @@ Repeated keys, aliases and tags are errors: in a study file they are mistakes, o
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -26,11 +28,15 @@ class Located:
     def __init__(self, value: Any, lines: dict[Path_, int], file: Path) -> None:
         self.value, self._lines, self.file = value, lines, file
 
-    def where(self, path: Path_) -> str:
-        """'study.yaml, line 12' for the deepest known part of `path`."""
+    def line(self, path: Path_) -> int:
+        """Line of the deepest known part of `path`."""
         while path and path not in self._lines:
             path = path[:-1]
-        return f"{self.file}, line {self._lines.get(path, 1)}"
+        return self._lines.get(path, 1)
+
+    def where(self, path: Path_) -> str:
+        """'study.yaml, line 12' for the deepest known part of `path`."""
+        return f"{self.file}, line {self.line(path)}"
 
 
 class LocatedError(InputError):
@@ -39,6 +45,18 @@ class LocatedError(InputError):
     def __init__(self, path: Path_, message: str) -> None:
         super().__init__(message)
         self.path = path
+
+
+@contextmanager
+def at(*path: str | int) -> Iterator[None]:
+    """Within, every error knows where it belongs: at `path`, or at its own path below that."""
+    try:
+        yield
+    except LocatedError as error:
+        error.path = (*path, *error.path)
+        raise
+    except InputError as error:
+        raise LocatedError(path, str(error)) from None
 
 
 def parse(text: str, file: Path) -> Located:

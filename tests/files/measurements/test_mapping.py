@@ -211,7 +211,10 @@ BAD: dict[str, tuple[str, str, list[str]]] = {
     "no such file": (
         "A1 [deg]: J1", "A1 [deg]: {file: 9, column: 1}", ["line 5", "no file 9, only 3"]),
     "column zero": ("A1 [deg]: J1", "A1 [deg]: 0", ["line 5", "columns"]),
-    "not a column": ("A1 [deg]: J1", "A1 [deg]: [1]", ["line 5", "columns"]),
+    "not a column": (
+        "A1 [deg]: J1", "A1 [deg]: [1]", ["line 5: columns.A1 [deg]: expected the name", "[1]"]),
+    "not a file": (
+        "A1 [deg]: J1", "A1 [deg]: {file: x, column: 1}", ["line 5: columns.A1 [deg].file: "]),
     "empty column": ("A1 [deg]: J1", "A1 [deg]: ' '", ["line 5", "is empty"]),
     "quantity twice": ("A1 [deg]: J1", "a2 [deg]: J1", ["line 6", "'A2' is given twice"]),
     "constant of a column": ('"Fx [N]": 0', '"x [mm]": 0', ["line 20", "'x' is given twice"]),

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from elastocal.errors import InputError
+from elastocal.errors import InputError, MeasurementFileError
 from elastocal.files.measurements import fast
 from elastocal.files.measurements.cells import read_cells
 from elastocal.files.measurements.columns import columns_by_name
@@ -215,7 +215,7 @@ class TestFast:
         for least in (0, 10**9):
             monkeypatch.setattr(fast, "LEAST", least)
             try:
-                table = layout(FileText(Path("m.csv"), text, ""), Style())
+                table = layout(FileText(Path("m.csv"), text, "", MeasurementFileError), Style())
                 columns = columns_by_name(table.header, STUDY.robot, "m.csv, line 1")
                 cells = read_cells(table, columns)
                 results.append(
@@ -240,7 +240,7 @@ class TestFast:
     def test_plain_tables_are_read_by_it(self, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
         pytest.importorskip("pyarrow")
         monkeypatch.setattr(fast, "LEAST", 0)
-        table = layout(FileText(Path("m.csv"), text, ""), Style())
+        table = layout(FileText(Path("m.csv"), text, "", MeasurementFileError), Style())
         columns = columns_by_name(table.header, STUDY.robot, "")
         assert fast.plain_columns(table, columns, "," if ";" in text else ".") is not None
         quick, careful = self.both(text, monkeypatch)

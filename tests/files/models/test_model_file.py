@@ -20,7 +20,7 @@ from elastocal.files.models.model_file import (
     read_model,
     write_model,
 )
-from elastocal.files.study.spring_section import in_chain_order
+from elastocal.files.study.springs import in_chain_order
 from elastocal.robot.sources import load
 from tests.arms import random_chain
 

@@ -16,9 +16,8 @@ from elastocal.errors import MeasurementFileError
 from elastocal.files.measurements.columns import Column
 from elastocal.files.measurements.fast import plain_columns
 from elastocal.files.tables.layout import Layout
+from elastocal.files.tables.numbers import LARGEST, numbers_of, plain
 
-LARGEST = 1e9
-"""Numbers beyond this are mistakes in any unit of these files."""
 CHUNK = 20_000  # rows; bounds the memory for cells as text
 NOT_USED = {"valid": ("0", "false", "no"), "delete": ("1", "true", "yes")}
 """Words that mark a row as not to be used."""
@@ -104,7 +103,11 @@ def _cell_by_cell(table: Layout, columns: dict[str, Column], decimal: str) -> Ce
             if column.meaning.kind:
                 if any(out):  # nobody promises numbers there
                     cells = ["0" if o else cell for o, cell in zip(out, cells, strict=True)]
-                numbers[key].append(_numbers(cells, decimal, at, column, table))
+
+                def where(i: int, at: Sequence[int] = at, column: Column = column) -> str:
+                    return f"{table.file.path}, line {at[i]}, column {column.header!r}"
+
+                numbers[key].append(numbers_of(cells, decimal, where, table.file.error))
             else:
                 words[key].append(_codes(cells, codes[key]))
     if not lines:
@@ -116,11 +119,6 @@ def _cell_by_cell(table: Layout, columns: dict[str, Column], decimal: str) -> Ce
         {key: columns[key].factor * np.concatenate(parts) for key, parts in numbers.items()},
         {key: Words(np.concatenate(parts), tuple(codes[key])) for key, parts in words.items()},
     )
-
-
-def plain(cell: str) -> str:
-    """A word without what spreadsheets put around it."""
-    return cell.strip().removeprefix("'").strip()
 
 
 def _not_used(
@@ -168,49 +166,3 @@ def _decimal(table: Layout, columns: dict[str, Column]) -> str:
 def _codes(cells: Sequence[str], known: dict[str, int]) -> IntArray:
     numbers = (known.setdefault(plain(cell), len(known)) for cell in cells)
     return np.fromiter(numbers, dtype=np.int64, count=len(cells))
-
-
-def _numbers(
-    cells: list[str], decimal: str, lines: Sequence[int], column: Column, table: Layout
-) -> Array:
-    together = "".join(cells)
-    good = not (decimal == "," and "." in together) and "_" not in together
-    if "'" in together or "−" in together:
-        cells = [plain(cell).replace("−", "-") for cell in cells]
-    ready = [cell.replace(",", ".") for cell in cells] if decimal == "," else cells
-    try:
-        values = np.fromiter(map(float, ready), dtype=np.float64, count=len(ready))
-    except ValueError:
-        good = False
-    if good and bool((np.abs(values) < LARGEST).all()):
-        return values
-    for line, cell in zip(lines, cells, strict=True):
-        problem = _problem(cell, decimal)
-        if problem:
-            raise MeasurementFileError(
-                f"{table.file.path}, line {line}, column {column.header!r}: {problem}"
-            )
-    raise AssertionError("a number was refused without a reason")
-
-
-def _problem(cell: str, decimal: str) -> str:
-    """Why a cell is no number, empty if it is one."""
-    shown = repr(cell.strip()[:40])
-    text = cell.strip()
-    if not text:
-        return "the cell is empty; expected a number"
-    if decimal == "," and "." in text:
-        return f"expected a number with a decimal comma as in the rows before, found {shown}"
-    try:
-        value = float(text.replace(",", ".") if decimal == "," else text)
-        if "_" not in text:
-            return "" if abs(value) < LARGEST else f"expected a finite number, found {shown}"
-    except ValueError:
-        pass
-    if re.fullmatch(r"[-+]?\d{1,3}([,.  ']\d{3})+([.,]\d*)?", text) and decimal not in text[:-4]:
-        return f"expected a number without thousands separators, found {shown}"
-    if decimal == "." and re.fullmatch(r"[-+]?\d*,\d+", text):
-        return f"expected a number with a decimal point, found {shown}"
-    if re.match(r"[-+]?[\d.,]+\s*[A-Za-z°µ]", text) and not re.match(r"[-+]?[\d.]+[eE]", text):
-        return f"expected a bare number, found {shown}; the unit belongs in the header"
-    return f"expected a number, found {shown}"

@@ -6,26 +6,66 @@ import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import ValidationError
+from pydantic import BeforeValidator, Field, ValidationError
 
 from elastocal.arrays import Array
 from elastocal.errors import InputError, MeasurementFileError, StudyError
 from elastocal.files.measurements.columns import WORDS, Meaning, meaning_named
-from elastocal.files.schema import ColumnFile, FrameFile, MappingFile, Section
-from elastocal.files.schema.study import first_problem
+from elastocal.files.problems import first_problem
 from elastocal.files.tables.layout import Style
 from elastocal.files.tables.units import factor, split_header, unit_hint
 from elastocal.files.texts import read_text
+from elastocal.files.values import Count, DegreeVector, Either, Flag, Name, Number, Section, Vector
 from elastocal.files.yaml_lines import Located, Path_, parse
 from elastocal.robot.chain import Robot
 from elastocal.robot.rotations import from_zyx_angles
 
 _LARGEST = 1_000_000  # bytes
 _DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|", "space": " "}
-_MODELS: dict[str, type[Section]] = {"": MappingFile, "frame": FrameFile, "columns": ColumnFile}
+
+
+class ColumnFile(Section):
+    """A column of one of several files."""
+
+    file: Count
+    column: Annotated[int, Field(ge=1)] | str
+
+
+class FrameFile(Section):
+    """Rotation from the frame of the readings to the base frame."""
+
+    rpy_deg: DegreeVector | None = None
+    matrix: list[Vector] | None = None
+
+
+def _column(value: Any) -> Any:
+    number = isinstance(value, int) and not isinstance(value, bool) and value >= 1
+    if not (number or isinstance(value, str)):
+        raise ValueError(f"expected the name of a column or its number from 1, found {value!r}")
+    return value
+
+
+_Column = Either[Annotated[int | str, BeforeValidator(_column)], ColumnFile]
+
+
+class MappingFile(Section):
+    """A whole mapping file."""
+
+    elastocal: Literal[1]
+    delimiter: Literal["comma", "semicolon", "tab", "bar", "space"] | None = None
+    decimal: Literal["point", "comma"] | None = None
+    encoding: Name | None = None
+    skip_lines: Annotated[int, Field(ge=0, le=10_000, strict=True)] = 0
+    header: Flag = True
+    columns: dict[Name, _Column]
+    markers: dict[Name, dict[Name, _Column]] = Field(default_factory=dict)
+    constants: dict[Name, Number | Name | list[Number | Name]] = Field(default_factory=dict)
+    words: dict[Name, dict[Name, Name]] = Field(default_factory=dict)
+    frame: FrameFile | None = None
+    joints: Literal["model", "controller"] = "model"
 
 
 @dataclass(frozen=True)
@@ -158,7 +198,7 @@ def _validated(document: Located) -> MappingFile:
     try:
         return MappingFile.model_validate(value)
     except ValidationError as error:
-        raise MeasurementFileError(first_problem(document, error, _MODELS)) from None
+        raise MeasurementFileError(first_problem(document, error, MappingFile)) from None
 
 
 def _places(document: Located, file: MappingFile, robot: Robot) -> Iterator[Place]:
@@ -274,7 +314,7 @@ def _rotation(document: Located, frame: FrameFile | None) -> Array | None:
     if (frame.rpy_deg is None) == (frame.matrix is None):
         raise MeasurementFileError(f"{where}: frame: expected either rpy_deg or matrix")
     if frame.rpy_deg is not None:
-        return from_zyx_angles(np.radians([frame.rpy_deg[::-1]]))[0]
+        return from_zyx_angles(np.array([frame.rpy_deg[::-1]]))[0]
     matrix = np.array(frame.matrix)
     if matrix.shape != (3, 3) or np.abs(matrix @ matrix.T - np.eye(3)).max() > 1e-4:
         raise MeasurementFileError(

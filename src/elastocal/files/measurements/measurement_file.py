@@ -69,7 +69,7 @@ def read_measurements(
         raise MeasurementFileError("no measurement file is named")
     foreign = read_mapping(mapping, study.robot) if mapping is not None else None
     style = foreign.style if foreign else Style()
-    files = [decoded(p, style.encoding) for p in paths]
+    files = [decoded(p, MeasurementFileError, style.encoding) for p in paths]
     tables = [layout(file, style) for file in files]
     if foreign:
         columns = mapped_columns(tables, foreign)

@@ -19,8 +19,8 @@ from elastocal.arrays import Array
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.springs import VirtualJoints
 from elastocal.errors import InputError, ModelFileError, StudyError
-from elastocal.files.models.compliance_units import factor_to_si
-from elastocal.files.study.spring_section import (
+from elastocal.files.compliance_units import factor_to_si
+from elastocal.files.study.springs import (
     extra_springs,
     in_chain_order,
     number_at,

@@ -75,7 +75,7 @@ def read_path(
         PathFileError: what is wrong with the file, with line and column.
     """
     path = Path(path)
-    table = read_table(path)
+    table = read_table(path, PathFileError)
     if CORRECTED in table.names:
         raise PathFileError(
             f"{path}, line {table.header_line}: this is a corrected path already, it has a column "

@@ -11,10 +11,16 @@ from elastocal.arrays import Array
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InputError, PlanFileError
 from elastocal.files.study.joint_values import configuration
+from elastocal.files.values import Section
 from elastocal.robot.chain import Robot
 
 LARGEST = 1e9
 """Numbers beyond this are mistakes in any unit of these files."""
+
+
+class _Joints(Section):
+    q_deg: dict[str, float]
+    q_mm: dict[str, float]
 
 
 def load_case_entries(robot: Robot, cases: LoadCases) -> Iterator[dict[str, Any]]:
@@ -63,7 +69,11 @@ def configuration_at(entry: dict[str, Any], robot: Robot, where: str) -> Array:
             raise PlanFileError(f"{where}: {key} must give values by joint name")
         values[key] = {k: finite_at(v, f"{where}: {key} of {k}") for k, v in section.items()}
     try:
-        return configuration(robot, values["q_deg"], values["q_mm"])
+        section = _Joints.model_construct(
+            q_deg={k: float(np.radians(v)) for k, v in values["q_deg"].items()},
+            q_mm={k: v / 1e3 for k, v in values["q_mm"].items()},
+        )
+        return configuration(robot, section)
     except InputError as error:
         raise PlanFileError(f"{where}: {error}") from None
 

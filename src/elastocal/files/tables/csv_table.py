@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.errors import MeasurementFileError, PathFileError
+from elastocal.errors import InputError
 from elastocal.files.tables.decoding import decoded
 from elastocal.files.tables.layout import Style, layout
+from elastocal.files.tables.numbers import numbers_of
 from elastocal.files.tables.units import UNITS, spelled, split_header
 
 ANGLES, LENGTHS = UNITS["angle"], UNITS["length"]
@@ -20,7 +21,6 @@ FORCES, TORQUES = UNITS["force"], UNITS["torque"]
 PLAIN = {"": 1.0, "-": 1.0}
 
 _COMMA = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?")
-_LARGEST = 1e12
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,8 @@ class TextTable:
         header_line: Line of the header.
         columns: Name of every column with its unit, empty if it has none.
         rows: Line number and cells of every row that is not blank.
-        decimal_comma: Whether a comma is the decimal sign.
+        decimal: Decimal sign.
+        error: What to raise if something is wrong.
     """
 
     path: Path
@@ -41,7 +42,8 @@ class TextTable:
     header_line: int
     columns: tuple[tuple[str, str], ...]
     rows: tuple[tuple[int, tuple[str, ...]], ...]
-    decimal_comma: bool
+    decimal: str
+    error: type[InputError]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -61,7 +63,8 @@ class TextTable:
             units: Factor to SI of every unit that they may have.
 
         Raises:
-            PathFileError: a unit is missing or of another kind, a cell is no finite number.
+            InputError: of the type `error`: a unit is missing or of another kind, a cell is no
+                finite number.
         """
         result = np.zeros((len(self.rows), len(names)))
         for j, name in enumerate(names):
@@ -69,50 +72,35 @@ class TextTable:
             unit = spelled(self.columns[index][1])
             if unit not in units:
                 known = "no unit" if "" in units else f"one of the units {', '.join(units)}"
-                raise PathFileError(
+                raise self.error(
                     f"{self.path}, line {self.header_line}, column {name!r}: expected {known}, "
                     f"found {f'[{unit}]' if unit else 'none'}"
                 )
-            for i, (line, cells) in enumerate(self.rows):
-                where = f"{self.path}, line {line}, column {name!r}"
-                result[i, j] = units[unit] * self._number(cells[index], where)
+
+            def where(i: int, name: str = name) -> str:
+                return f"{self.path}, line {self.rows[i][0]}, column {name!r}"
+
+            cells = [cells[index] for _, cells in self.rows]
+            result[:, j] = units[unit] * numbers_of(cells, self.decimal, where, self.error)
         return result
 
-    def _number(self, cell: str, where: str) -> float:
-        if not cell:
-            raise PathFileError(f"{where}: the cell is empty; expected a number")
-        if self.decimal_comma and "." in cell:
-            raise PathFileError(
-                f"{where}: expected a number with a decimal comma as in other cells, found "
-                f"{cell[:40]!r}"
-            )
-        try:
-            value = float(cell.replace(",", ".") if self.decimal_comma else cell)
-        except ValueError:
-            raise PathFileError(f"{where}: expected a number, found {cell[:40]!r}") from None
-        if not abs(value) < _LARGEST:
-            raise PathFileError(f"{where}: expected a finite number, found {cell[:40]!r}")
-        return value
 
-
-def read_table(path: Path) -> TextTable:
+def read_table(path: Path, error: type[InputError]) -> TextTable:
     """The table in a text file; delimiters and encodings as in measurement files.
 
     A comma is the decimal sign where it does not separate cells and numbers have it.
 
     Raises:
-        PathFileError: no table, no rows, rows of another length than the header, a column twice.
+        InputError: of the type `error`: no table, no rows, rows of another length than the header,
+            a column twice.
     """
-    try:
-        file = decoded(path)
-        found = layout(file, Style())
-        rows = tuple((line, tuple(cell.strip() for cell in row)) for line, row in found.rows())
-    except MeasurementFileError as error:
-        raise PathFileError(str(error)) from None
-    columns = tuple((name, unit or "") for name, unit in map(split_header, found.header))
+    file = decoded(path, error)
+    plan = layout(file, Style())
+    rows = tuple((line, tuple(cell.strip() for cell in row)) for line, row in plan.rows())
+    columns = tuple((name, unit or "") for name, unit in map(split_header, plan.header))
     names = [name for name, _ in columns]
     for name in names:
         if name and names.count(name) > 1:
-            raise PathFileError(f"{path}, line {found.first}: column {name!r} is there twice")
+            raise error(f"{path}, line {plan.first}: column {name!r} is there twice")
     commas = any(_COMMA.fullmatch(cell) for _, row in rows for cell in row)
-    return TextTable(path, file.sha256, found.first, columns, rows, commas)
+    return TextTable(path, file.sha256, plan.first, columns, rows, "," if commas else ".", error)

@@ -8,7 +8,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from elastocal.errors import MeasurementFileError
+from elastocal.errors import InputError
 
 LARGEST = 1024 * 1024 * 1024
 """Bytes; a file of a million readings has about a tenth of it."""
@@ -33,33 +33,34 @@ class FileText:
         path: Where it is.
         text: Its text, lines ended by a newline.
         sha256: Hash of its bytes.
+        error: What to raise if something is wrong with it.
         remark: What is odd about its encoding, empty if nothing is.
     """
 
     path: Path
     text: str
     sha256: str
+    error: type[InputError]
     remark: str = ""
 
 
-def decoded(path: Path, encoding: str | None = None) -> FileText:
+def decoded(path: Path, error: type[InputError], encoding: str | None = None) -> FileText:
     """The text of a file in UTF-8, UTF-16 with a byte order mark, or Windows-1252.
 
     Args:
         path: The file.
+        error: What to raise.
         encoding: Encoding to use; None to find out.
 
     Raises:
-        MeasurementFileError: missing, a folder, too large, empty, or not text.
+        InputError: of the type `error`: missing, a folder, too large, empty, or not text.
     """
-    data = _bytes(path)
+    data = _bytes(path, error)
     if not data or data.isspace():
-        raise MeasurementFileError(f"{path}: the file is empty")
+        raise error(f"{path}: the file is empty")
     if data.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):
-        raise MeasurementFileError(
-            f"{path}: this is an Excel workbook, not text; save the sheet as CSV"
-        )
-    text, used = _text(data, path, encoding)
+        raise error(f"{path}: this is an Excel workbook, not text; save the sheet as CSV")
+    text, used = _text(data, path, error, encoding)
     # Deleting bytes and comparing lengths is ten times as fast as the search it saves.
     suspect = not used.startswith(("utf-8", "cp1252")) or len(
         data.translate(None, _CONTROL_BYTES)
@@ -67,7 +68,7 @@ def decoded(path: Path, encoding: str | None = None) -> FileText:
     found = _CONTROL.search(text) if suspect else None
     if found:
         line = text.count("\n", 0, found.start()) + 1
-        raise MeasurementFileError(
+        raise error(
             f"{path}, line {line}: character 0x{ord(found[0]):02x} does not occur in text; "
             "expected a table as CSV in UTF-8, UTF-16 with byte order mark or Windows-1252"
         )
@@ -81,37 +82,39 @@ def decoded(path: Path, encoding: str | None = None) -> FileText:
                 f"{path.name} is not UTF-8 and was read as Windows-1252; check names with "
                 f"{' '.join(odd[:5])}"
             )
-    return FileText(path, text, hashlib.sha256(data).hexdigest(), remark)
+    return FileText(path, text, hashlib.sha256(data).hexdigest(), error, remark)
 
 
-def _bytes(path: Path) -> bytes:
+def _bytes(path: Path, error: type[InputError]) -> bytes:
     try:
         if path.is_file() and path.stat().st_size > LARGEST:
-            raise MeasurementFileError(
+            raise error(
                 f"{path}: {path.stat().st_size} bytes, more than the {LARGEST} that are read"
             )
         if path.exists() and not (path.is_file() or path.is_dir()):
-            raise MeasurementFileError(f"{path}: is not an ordinary file")
+            raise error(f"{path}: is not an ordinary file")
         return path.read_bytes()
     except FileNotFoundError:
-        raise MeasurementFileError(f"{path}: no such file") from None
-    except ValueError as error:  # a path with a null character
-        if isinstance(error, MeasurementFileError):
+        raise error(f"{path}: no such file") from None
+    except ValueError as problem:  # a path with a null character
+        if isinstance(problem, InputError):
             raise
-        raise MeasurementFileError(f"{path!s}: not a file name") from None
-    except OSError as error:
-        raise MeasurementFileError(f"{path}: cannot be read ({error.strerror})") from error
+        raise error(f"{path!s}: not a file name") from None
+    except OSError as problem:
+        raise error(f"{path}: cannot be read ({problem.strerror})") from problem
 
 
-def _text(data: bytes, path: Path, encoding: str | None) -> tuple[str, str]:
+def _text(
+    data: bytes, path: Path, error: type[InputError], encoding: str | None
+) -> tuple[str, str]:
     marked = next((name for mark, name in _MARKS if data.startswith(mark)), None)
     for name in [encoding or marked] if encoding or marked else ["utf-8", "cp1252"]:
         assert name is not None
         try:
             return data.decode(name), name
         except LookupError:
-            raise MeasurementFileError(f"{path}: no encoding {name!r} is known") from None
-        except UnicodeError as error:
-            at = getattr(error, "start", 0)
+            raise error(f"{path}: no encoding {name!r} is known") from None
+        except UnicodeError as wrong:
+            at = getattr(wrong, "start", 0)
             problem = f"{path}, line {data[:at].count(10) + 1}: not readable as {name}"
-    raise MeasurementFileError(f"{problem}; save the file as CSV with UTF-8 encoding")
+    raise error(f"{problem}; save the file as CSV with UTF-8 encoding")

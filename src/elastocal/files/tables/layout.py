@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from elastocal.errors import MeasurementFileError
 from elastocal.files.tables.decoding import FileText
 
 if TYPE_CHECKING:
@@ -64,7 +63,7 @@ class Layout:
         """(line, cells) of every row of data that is not blank.
 
         Raises:
-            MeasurementFileError: a quote that is not closed, a row with more or fewer cells.
+            InputError: a quote that is not closed, a row with more or fewer cells.
         """
         path, width = self.file.path, len(self.header)
         last = len(self.lines)
@@ -80,7 +79,7 @@ class Layout:
                 if any(row) and any(cell.strip() for cell in row):
                     yield line, row
         except csv.Error as error:
-            raise MeasurementFileError(
+            raise self.file.error(
                 f"{path}, line {self.first + reader.line_num}: not a table: {error}"
             ) from None
 
@@ -93,17 +92,17 @@ class Layout:
             return row[:width]
         where = f"{self.file.path}, line {line}"
         if end > line:
-            raise MeasurementFileError(f"{where}: a quote that opens here is not closed")
+            raise self.file.error(f"{where}: a quote that opens here is not closed")
         unended = end == last and self.lines[-1] != ""
         if len(row) < width and unended:
-            raise MeasurementFileError(
+            raise self.file.error(
                 f"{where}: the last line is only half written, {len(row)} of {width} cells; "
                 "complete or delete it"
             )
         hint = ""
         if self.delimiter == "," and len(row) > width:
             hint = "; if commas are decimal signs here, the delimiter must be a semicolon or tab"
-        raise MeasurementFileError(f"{where}: {len(row)} cells where the header has {width}{hint}")
+        raise self.file.error(f"{where}: {len(row)} cells where the header has {width}{hint}")
 
 
 def _reader(lines: Iterable[str], delimiter: str) -> _csv.Reader:
@@ -114,7 +113,7 @@ def layout(file: FileText, style: Style) -> Layout:
     """Find delimiter and header.
 
     Raises:
-        MeasurementFileError: no header, or no data below it.
+        InputError: no header, or no data below it.
     """
     lines = file.text.split("\n")
     _check_version(file, lines[:5])
@@ -125,13 +124,13 @@ def layout(file: FileText, style: Style) -> Layout:
         lines = ["" if _is_comment(line) else line for line in lines]
     first = next((i for i, line in enumerate(lines) if line.strip(" \t,;|\"'")), None)
     if first is None:
-        raise MeasurementFileError(f"{file.path}: no table in it, only comments or blank lines")
+        raise file.error(f"{file.path}: no table in it, only comments or blank lines")
     delimiter = style.delimiter or _delimiter(lines[first])
     cells = _cells(lines[first], delimiter)
     while len(cells) > 1 and not cells[-1]:
         cells.pop()
     if len(cells) > WIDEST:
-        raise MeasurementFileError(
+        raise file.error(
             f"{file.path}, line {first + 1}: {len(cells)} columns, more than the {WIDEST} "
             "that are read"
         )
@@ -140,12 +139,12 @@ def layout(file: FileText, style: Style) -> Layout:
         return Layout(file, lines, delimiter, names, first)
     if all(_NUMBER.fullmatch(cell) for cell in cells):
         why = " (comments beginning with # are left out)" if comments else ""
-        raise MeasurementFileError(
+        raise file.error(
             f"{file.path}, line {first + 1}: numbers where the names of the columns belong{why}; "
             "expected a header such as 'experiment,marker,A1 [deg],...'"
         )
     if not any(line.strip(" \t,;|\"'") for line in lines[first + 1 :]):
-        raise MeasurementFileError(f"{file.path}: there is a header, but no row of data below it")
+        raise file.error(f"{file.path}: there is a header, but no row of data below it")
     remark = "; ".join(_oddities(file, lines, delimiter, len(cells), first))
     return Layout(file, lines, delimiter, tuple(cells), first + 1, remark)
 
@@ -182,7 +181,7 @@ def _check_version(file: FileText, lines: list[str]) -> None:
     for number, line in enumerate(lines, 1):
         found = _VERSION.match(line.strip())
         if found and found[1] != "1":
-            raise MeasurementFileError(
+            raise file.error(
                 f"{file.path}, line {number}: format version {found[1]!r} is not known; this "
                 "program reads 1"
             )

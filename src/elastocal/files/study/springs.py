@@ -5,14 +5,25 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from functools import reduce
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
+from pydantic import Field
 
 from elastocal.arrays import Array
 from elastocal.elastic.springs import VirtualJoints, joint_springs, merged
+from elastocal.files.values import Name, Section, Vector
 from elastocal.files.yaml_lines import LocatedError, Path_
 from elastocal.robot.chain import Robot, T_body_joint
+
+
+class SpringFile(Section):
+    """A spring of a link or of the base."""
+
+    carried_by: Name
+    type: Literal["revolute", "prismatic"] = "revolute"
+    axis: Vector
+    origin_mm: Vector = Field(default_factory=lambda: [0.0, 0.0, 0.0])
 
 
 def springs_section(robot: Robot, springs: VirtualJoints) -> dict[str, Any]:

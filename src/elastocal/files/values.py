@@ -1,12 +1,16 @@
-"""Numbers, vectors and names as they may stand in a file, and the base of all sections."""
+"""Numbers, vectors and names as they may stand in a file, and the base of all sections.
+
+A type with the name of a unit converts: what is millimetres in the file is metres in the model.
+"""
 
 from __future__ import annotations
 
 import math
 import re
-from typing import Annotated, Any, Literal
+from collections.abc import Callable
+from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Discriminator, Tag
 
 
 def _number(value: Any) -> float:
@@ -73,6 +77,24 @@ def _flag(value: Any) -> bool:
     return value
 
 
+def _metres(millimetres: float) -> float:
+    return millimetres / 1e3
+
+
+def _each(convert: Callable[[float], float]) -> AfterValidator:
+    return AfterValidator(lambda values: [convert(value) for value in values])
+
+
+def mm(length: float) -> str:
+    """A length [m] in millimetres, as its file has it."""
+    return f"{1e3 * length:g}"
+
+
+def deg(angle: float) -> str:
+    """An angle [rad] in degrees, as its file has it."""
+    return f"{math.degrees(angle):g}"
+
+
 Number = Annotated[float, BeforeValidator(_number)]
 Positive = Annotated[float, BeforeValidator(_positive)]
 Count = Annotated[int, BeforeValidator(_count)]
@@ -83,8 +105,34 @@ Flag = Annotated[bool, BeforeValidator(_flag)]
 NamePair = Annotated[list[str], BeforeValidator(_pair)]
 Axis = Literal["x", "y", "z"] | Vector
 
+Millimetres = Annotated[Number, AfterValidator(_metres)]
+PositiveMillimetres = Annotated[Positive, AfterValidator(_metres)]
+MillimetreVector = Annotated[Vector, _each(_metres)]
+MillimetreRange = Annotated[Range, _each(_metres)]
+Micrometres = Annotated[Number, AfterValidator(lambda value: value / 1e6)]
+PositiveMicrometres = Annotated[Positive, AfterValidator(lambda value: value / 1e6)]
+Degrees = Annotated[Number, AfterValidator(math.radians)]
+PositiveDegrees = Annotated[Positive, AfterValidator(math.radians)]
+DegreeVector = Annotated[Vector, _each(math.radians)]
+DegreeRange = Annotated[Range, _each(math.radians)]
+Minutes = Annotated[Number, AfterValidator(lambda value: 60.0 * value)]
+
+
+_T = TypeVar("_T")
+_U = TypeVar("_U")
+Either = Annotated[
+    Annotated[_T, Tag("plain")] | Annotated[_U, Tag("section")],
+    Discriminator(lambda value: "section" if isinstance(value, dict) else "plain"),
+]
+"""A plain value or a section, told apart by form, so that errors speak of one of them only."""
+OneOrByName = Either[_T, dict[Name, _T]]
+ListOrByName = Either[list[_T], dict[Name, _T]]
+
 
 class Section(BaseModel):
-    """A mapping of the file; unknown keys are errors."""
+    """A mapping of the file; unknown keys are errors.
+
+    Fields are called as the keys of the file are; their values are in SI units.
+    """
 
     model_config = ConfigDict(extra="forbid")

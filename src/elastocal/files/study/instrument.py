@@ -1,13 +1,48 @@
-"""The instrument section of a study file, as an instrument and the limits of its view."""
+"""What measures the deflections: isotropic noise, or a tracker that stands somewhere."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from elastocal.errors import InputError
-from elastocal.files.schema import InstrumentFile, TrackerFile
+from elastocal.files.values import (
+    DegreeRange,
+    Flag,
+    Micrometres,
+    MillimetreRange,
+    MillimetreVector,
+    Name,
+    PositiveMicrometres,
+    PositiveMillimetres,
+    Section,
+)
 from elastocal.files.yaml_lines import LocatedError
 from elastocal.measuring.instrument import PRESETS, Instrument, Isotropic, LaserTracker
+
+_NOISE = ("along_um", "along_um_per_m", "across_um", "across_um_per_m")
+
+
+class TrackerFile(Section):
+    """A laser tracker: where it stands, and its noise, one reading, one standard deviation."""
+
+    position_mm: MillimetreVector
+    preset: Name | None = None
+    along_um: PositiveMicrometres | None = None
+    along_um_per_m: Micrometres | None = None
+    across_um: PositiveMicrometres | None = None
+    across_um_per_m: Micrometres | None = None
+    range_mm: MillimetreRange | None = None
+    elevation_deg: DegreeRange | None = None
+    azimuth_deg: DegreeRange | None = None
+    line_of_sight: Flag = True
+    beam_radius_mm: PositiveMillimetres = 0.01
+
+
+class InstrumentFile(Section):
+    """How well a coordinate is measured."""
+
+    sigma_mm: PositiveMillimetres | None = None
+    tracker: TrackerFile | None = None
 
 
 def instrument_of(entry: InstrumentFile) -> Instrument:
@@ -15,17 +50,14 @@ def instrument_of(entry: InstrumentFile) -> Instrument:
     if (entry.sigma_mm is None) == (entry.tracker is None):
         raise InputError("give exactly one of sigma_mm and tracker")
     if entry.sigma_mm is not None:
-        return Isotropic(entry.sigma_mm / 1e3)
+        return Isotropic(entry.sigma_mm)
     assert entry.tracker is not None
     return _tracker(entry.tracker)
 
 
-_NOISE = ("along_um", "along_um_per_m", "across_um", "across_um_per_m")
-
-
 def _tracker(entry: TrackerFile) -> LaserTracker:
     """A tracker from a preset or from its numbers."""
-    position = np.array(entry.position_mm) / 1e3
+    position = np.array(entry.position_mm)
     given = [key for key in _NOISE if getattr(entry, key) is not None]
     if entry.preset is not None:
         if given:
@@ -40,11 +72,8 @@ def _tracker(entry: TrackerFile) -> LaserTracker:
             )
         return PRESETS[entry.preset].at(position)
     for key in ("along_um", "across_um"):
-        if getattr(entry, key) is None:
+        if key not in given:
             raise LocatedError(
                 ("tracker",), f"tracker: key {key!r} is missing; give it, or a preset"
             )
-    along, along_per_m, across, across_per_m = (
-        (getattr(entry, key) or 0.0) / 1e6 for key in _NOISE
-    )
-    return LaserTracker(position, along, along_per_m, across, across_per_m)
+    return LaserTracker(position, *(getattr(entry, key) or 0.0 for key in _NOISE))

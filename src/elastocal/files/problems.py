@@ -1,0 +1,126 @@
+"""What is said of a file that is not as its sections want it: the first problem, with its line."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Iterator
+from typing import Any, get_args
+
+from pydantic import ValidationError
+
+from elastocal.files.tables.units import UNITS
+from elastocal.files.values import Section
+from elastocal.files.yaml_lines import Located, Path_
+
+_WORDS = [*(unit for units in UNITS.values() for unit in units if unit.isascii()), "inch", "Nm2"]
+_UNIT = rf"_({'|'.join(map(re.escape, [*_WORDS, 'min', 's', 'h']))})(_s)?$"
+
+
+def first_problem(document: Located, error: ValidationError, model: type[Section]) -> str:
+    """A sentence on the first thing that is wrong, with its line.
+
+    Args:
+        document: The file.
+        error: What pydantic says of it.
+        model: What the whole file should be.
+    """
+    entries: list[dict[str, Any]] = [dict(entry) for entry in error.errors()]
+    # A misspelt key is also reported as missing: one mistake, one message.
+    spoilt = {e["loc"][:-1] for e in entries if e["type"] == "extra_forbidden"}
+    entries = [e for e in entries if e["type"] != "missing" or e["loc"][:-1] not in spoilt]
+    problems = sorted(_described(document, entry, model) for entry in entries)
+    more = len({line for (line, _), _ in problems}) - 1
+    rest = f" (and {more} more line{'s' if more > 1 else ''} to mend)" if more > 0 else ""
+    return problems[0][1] + rest
+
+
+def _described(
+    document: Located, error: dict[str, Any], model: type[Section]
+) -> tuple[tuple[int, int], str]:
+    """((line, -depth), sentence) for one pydantic error."""
+    path = _real_path(document.value, error["loc"], error["type"] == "missing")
+    kind, found = error["type"], error["input"]
+    if kind == "extra_forbidden":
+        sentence = f"unknown key {path[-1]!r}{_suggestion(document.value, path, model)}"
+    elif kind == "missing":
+        parent = _spelled(path[:-1])
+        sentence = f"key {path[-1]!r} is missing" + (f" in {parent}" if parent else "")
+    elif kind == "literal_error":
+        sentence = f"{_spelled(path)}: expected {error['ctx']['expected']}, found {found!r}"
+    elif kind == "value_error":
+        sentence = f"{_spelled(path)}: {error['ctx']['error']}"
+    else:
+        shown = repr(found) if isinstance(found, (str, int, float)) else type(found).__name__
+        expected = {
+            "model_type": "a section of keys",
+            "dict_type": "a section of keys",
+            "list_type": "a list",
+        }.get(kind, error["msg"].removeprefix("Input should be "))
+        shown = "nothing" if found is None else shown
+        sentence = f"{_spelled(path)}: expected {expected}, found {shown}"
+    # A missing key has no line of its own, so it comes last; on one line the deepest comes first.
+    place = (document.line(path) + (1_000_000 if kind == "missing" else 0), -len(path))
+    return place, f"{document.where(path)}: {sentence}"
+
+
+def _spelled(path: Path_) -> str:
+    """'test_poses.q_deg, entry 2' for a path; entries of lists counted from 1, the last only."""
+    words = ".".join(" ".join(part.split()) for part in path if isinstance(part, str))
+    last = path[-1] if path else ""
+    return f"{words}, entry {last + 1}" if isinstance(last, int) else words
+
+
+def _real_path(value: Any, location: tuple[str | int, ...], missing: bool) -> Path_:
+    """The part of a pydantic location that names keys of the file, not branches of types."""
+    path: list[str | int] = []
+    for i, part in enumerate(location):
+        if isinstance(value, dict) and part in value:
+            value = value[str(part)]
+        elif isinstance(value, list) and isinstance(part, int) and part < len(value):
+            value = value[part]
+        elif not missing or i < len(location) - 1:
+            continue
+        path.append(part)
+    return tuple(path)
+
+
+def _suggestion(value: Any, path: Path_, model: type[Section]) -> str:
+    """What the unknown key at the end of `path` was probably meant to be."""
+    for part in path[:-1]:
+        value = value[part]
+        field = model.model_fields.get(str(part))
+        # Of several forms of a section, the one of which most keys are there.
+        forms = list(_parts(field.annotation)) if field else []
+        model = max(forms, key=lambda m: len(m.model_fields.keys() & _keys(value)), default=model)
+    allowed = list(model.model_fields)
+    key = str(path[-1])
+    stem = re.sub(_UNIT, "", key)
+    with_unit = [name for name in allowed if re.sub(_UNIT, "", name) == stem]
+    if with_unit and with_unit[0] != key:
+        reason = "the key has no unit" if stem == key else "this unit is not accepted here"
+        return f": {reason}, write {with_unit[0]!r}"
+    close = difflib.get_close_matches(key, allowed, 1)
+    if close:
+        return f"; did you mean {close[0]!r}?"
+    return f"; expected one of {', '.join(allowed)}"
+
+
+def _keys(value: Any) -> set[str]:
+    return set(value) if isinstance(value, dict) else set()
+
+
+def sections_of(model: type[Section]) -> Iterator[type[Section]]:
+    """A section and all that are below it."""
+    yield model
+    for field in model.model_fields.values():
+        for part in _parts(field.annotation):
+            yield from sections_of(part)
+
+
+def _parts(annotation: Any) -> Iterator[type[Section]]:
+    """The sections that a type names."""
+    if isinstance(annotation, type) and issubclass(annotation, Section):
+        yield annotation
+    for part in get_args(annotation):
+        yield from _parts(part)

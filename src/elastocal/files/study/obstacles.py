@@ -1,0 +1,196 @@
+"""Obstacles and collision rules of a study, as clearances."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from elastocal.arrays import Array
+from elastocal.constraints import Constraint
+from elastocal.constraints.cell import CollisionRules, clearances
+from elastocal.errors import InputError
+from elastocal.files.values import (
+    DegreeVector,
+    Flag,
+    Millimetres,
+    MillimetreVector,
+    Name,
+    NamePair,
+    OneOrByName,
+    PositiveMillimetres,
+    Section,
+    mm,
+)
+from elastocal.files.yaml_lines import LocatedError, Path_, at
+from elastocal.robot.chain import Robot, Tool, transform
+from elastocal.robot.rotations import from_zyx_angles
+from elastocal.robot.shapes import Shape
+
+_UNITS = {"mm": 1e-3, "m": 1.0, "inch": 0.0254}
+_ROOM_TO_LEAVE = 2e-3  # [m]
+_ROUNDING = 1e-9  # [m]
+_SHAPES = ("box_mm", "cylinder_mm", "capsule_mm", "sphere_radius_mm", "mesh")
+
+
+class CylinderFile(Section):
+    """A cylinder or capsule along its z axis; the length of a capsule is without its caps."""
+
+    radius: PositiveMillimetres
+    length: PositiveMillimetres
+
+
+class ObstacleFile(Section):
+    """Something that stands in the cell: one of five shapes, and where it is."""
+
+    name: Name
+    box_mm: MillimetreVector | None = None
+    cylinder_mm: CylinderFile | None = None
+    capsule_mm: CylinderFile | None = None
+    sphere_radius_mm: PositiveMillimetres | None = None
+    mesh: Name | None = None
+    mesh_unit: Literal["mm", "m", "inch"] | None = None
+    center_mm: MillimetreVector | None = None
+    rpy_deg: DegreeVector | None = None
+
+
+class CollisionFile(Section):
+    """What counts as a collision."""
+
+    margin_mm: Millimetres = 0.02
+    motion_margin_mm: Millimetres | None = None
+    self: Flag = True
+    ignore: list[NamePair] | None = None
+    links: Literal["hulls", "capsules"] = "hulls"
+    link_radius_mm: OneOrByName[PositiveMillimetres] | None = None
+
+
+def clearances_of(
+    entries: Sequence[ObstacleFile] | None,
+    collision: CollisionFile | None,
+    robot: Robot,
+    tool: Tool,
+    limits: Array,
+    folder: Path,
+) -> tuple[Constraint, ...]:
+    """Clearances from the obstacles and of the robot from itself; none if neither key is there.
+
+    Args:
+        entries: The obstacles.
+        collision: What counts as a collision.
+        robot: The robot.
+        tool: The tool it carries in the experiments.
+        limits: (2, n) joint limits [rad or m].
+        folder: Where the study file is; meshes must lie in it.
+    """
+    if entries is None and collision is None:
+        return ()
+    obstacles = []
+    for i, one in enumerate(entries or []):
+        with at("obstacles", i):
+            obstacles.append(_obstacle(one, folder))
+    with at("collision"):
+        rules = _rules(collision or CollisionFile(), robot)
+    limits = np.array(limits)
+    endless = ~robot.prismatic & ~np.isfinite(limits).all(axis=0)
+    limits[:, endless] = np.array([[-np.pi], [np.pi]])
+    try:
+        return clearances(robot, tool, limits, obstacles, rules)
+    except InputError as error:
+        raise LocatedError(_place(str(error), entries or []), str(error)) from None
+
+
+def _place(sentence: str, entries: Sequence[ObstacleFile]) -> Path_:
+    """The key that an error of the whole cell is about."""
+    for i, one in enumerate(entries):
+        if f"{one.name!r}" in sentence or (one.mesh and one.mesh in sentence):
+            return ("obstacles", i)
+    return ("collision", "ignore") if "is called" in sentence else ("obstacles",)
+
+
+def _rules(entry: CollisionFile, robot: Robot) -> CollisionRules:
+    margin, motion, radius = entry.margin_mm, entry.motion_margin_mm, entry.link_radius_mm
+    for key, value in (("margin_mm", margin), ("motion_margin_mm", motion)):
+        if value is not None and value < 0.0:
+            raise LocatedError((key,), f"{key} must not be negative, found {mm(value)}")
+    moving = margin / 2.0 if motion is None else motion
+    if margin - moving < _ROOM_TO_LEAVE - _ROUNDING:
+        raise LocatedError(
+            ("margin_mm" if motion is None else "motion_margin_mm",),
+            f"motions must keep at least {mm(_ROOM_TO_LEAVE)} mm less than poses, so that a pose "
+            f"at its margin can be left; found motion_margin_mm {mm(moving)}, margin_mm "
+            f"{mm(margin)}",
+        )
+    if radius is not None and robot.collisions:
+        raise LocatedError(
+            ("link_radius_mm",),
+            f"link_radius_mm: robot {robot.name!r} has shapes of its own; the capsules this is "
+            "the radius of are for robots without",
+        )
+    for name in radius if isinstance(radius, dict) else ():
+        if name not in (*robot.joint_names, "base"):
+            raise LocatedError(
+                ("link_radius_mm", name),
+                f"no joint {name!r}; there are base, {', '.join(robot.joint_names)}",
+            )
+    return CollisionRules(
+        margin=margin,
+        motion_margin=motion,
+        itself=entry.self,
+        ignore=tuple((a, b) for a, b in entry.ignore or []),
+        as_capsules=entry.links == "capsules",
+        link_radius=radius,
+    )
+
+
+def _obstacle(entry: ObstacleFile, folder: Path) -> Shape:
+    """One obstacle in the base frame."""
+    given = [key for key in _SHAPES if getattr(entry, key) is not None]
+    if len(given) != 1:
+        raise InputError(
+            f"obstacle {entry.name!r} needs exactly one of {', '.join(_SHAPES)}, found "
+            f"{' and '.join(given) or 'none'}"
+        )
+    if entry.mesh_unit is not None and entry.mesh is None:
+        raise LocatedError(("mesh_unit",), "mesh_unit is for a mesh")
+    if entry.center_mm is None and entry.mesh is None:
+        raise InputError(f"obstacle {entry.name!r}: key 'center_mm' is missing")
+    # Roll about x, then pitch about y, then yaw about z, axes fixed.
+    roll, pitch, yaw = entry.rpy_deg or [0.0] * 3
+    rotation = from_zyx_angles(np.array([[yaw, pitch, roll]]))[0]
+    pose = transform(rotation, entry.center_mm or [0.0] * 3)
+    if entry.mesh is not None:
+        if entry.mesh_unit is None:
+            raise InputError(
+                f"obstacle {entry.name!r}: say the unit of its mesh with mesh_unit: mm, m or inch"
+            )
+        file = _inside(folder, entry.mesh)
+        scale = np.full(3, _UNITS[entry.mesh_unit])
+        return Shape("mesh", scale, pose, 0, entry.name, file, entry.mesh)
+    kind, size = given[0].split("_")[0], [entry.sphere_radius_mm or 0.0]
+    if entry.box_mm is not None:
+        size = entry.box_mm
+        if min(size) <= 0.0:
+            raise LocatedError(
+                ("box_mm",),
+                f"box_mm of {entry.name!r}: the three sides must be positive, found "
+                f"{', '.join(mm(side) for side in size)}",
+            )
+    tube = entry.cylinder_mm or entry.capsule_mm
+    if tube is not None:
+        size = [tube.radius, tube.length]
+    return Shape(kind, np.array(size), pose, 0, entry.name)
+
+
+def _inside(folder: Path, name: str) -> Path:
+    """A file that the study names, in its own folder or below."""
+    with at("mesh"):
+        try:
+            inside = (folder / name).resolve().is_relative_to(folder.resolve())
+        except (OSError, ValueError, RuntimeError):
+            raise InputError(f"mesh {name[:80]!r} is not the name of a file") from None
+        if not inside:
+            raise InputError(f"mesh {name!r} is outside the folder of the study; copy it there")
+    return folder / name

@@ -1,0 +1,63 @@
+"""What is known of the compliances before a campaign, as its information."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from elastocal.arrays import Array
+from elastocal.errors import ElastocalError, InputError
+from elastocal.files.plans.proposal_file import read_proposal
+from elastocal.files.values import Name, Number, Positive, Section
+from elastocal.files.yaml_lines import LocatedError
+from elastocal.study.study import Study
+
+
+class PriorFile(Section):
+    """What is known before: one of three ways to say it."""
+
+    plan: Name | None = None
+    standard_error_rad_per_Nm: dict[Name, Positive] | None = None
+    information_N2m2: list[list[Number]] | None = None
+
+
+def prior_of(study: Study, entry: PriorFile, folder: Path) -> Array:
+    """(p, p) information [(N·m/rad)²] there is before the campaign."""
+    names = study.springs.names
+    given = [key for key in PriorFile.model_fields if getattr(entry, key) is not None]
+    if len(given) != 1:
+        raise InputError(
+            f"prior needs exactly one of {', '.join(PriorFile.model_fields)}, found {len(given)}"
+        )
+    if entry.standard_error_rad_per_Nm is not None:
+        known = np.zeros((len(names), len(names)))
+        for name, error in entry.standard_error_rad_per_Nm.items():
+            if name not in names:
+                raise LocatedError(
+                    (given[0], name),
+                    f"{name!r} is not identified in this study; identified are {', '.join(names)}",
+                )
+            known[names.index(name), names.index(name)] = error**-2.0
+        return known
+    if entry.information_N2m2 is not None:
+        rows = entry.information_N2m2
+        if len(rows) != len(names) or any(len(row) != len(names) for row in rows):
+            raise LocatedError(
+                (given[0],),
+                f"the information must be {len(names)} rows of "
+                f"{len(names)} numbers, one for each of {', '.join(names)}",
+            )
+        information: Array = np.array(rows)
+        if not np.allclose(information, information.T, rtol=1e-6):
+            raise LocatedError((given[0],), "the information matrix is not symmetric")
+        if np.linalg.eigvalsh(information)[0] < -1e-9 * np.abs(information).max():
+            raise LocatedError((given[0],), "the information matrix has a negative eigenvalue")
+        return information
+    assert entry.plan is not None
+    try:
+        proposal = read_proposal(folder / entry.plan, study)
+    except ElastocalError as error:
+        raise LocatedError(("plan",), f"prior plan: {error}") from None
+    each = study.space.information(proposal.load_cases)
+    return np.asarray(np.einsum("i,ijk->jk", proposal.repeats.astype(float), each))
