@@ -1,0 +1,177 @@
+"""The whole job with a virtual robot: plan, measure, identify, validate, compensate, report.
+
+Imported by `demo` when it runs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from rich.text import Text
+
+from elastocal.arrays import IntArray
+from elastocal.cli.common import demo_file
+from elastocal.cli.inputs import start_of, tool_called
+from elastocal.cli.planning import planned
+from elastocal.cli.stages import (
+    virtual_campaigns,
+    with_compensation,
+    write_identification,
+    write_report,
+)
+from elastocal.compensation.compensate import compensate
+from elastocal.elastic.compliance_model import ComplianceModel
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.errors import InputError
+from elastocal.files.measurements.measurement_file import read_measurements, write_measurements
+from elastocal.files.measurements.suspicious import kept_aside
+from elastocal.files.models.model_file import read_model
+from elastocal.files.paths.corrected_file import write_corrected
+from elastocal.files.paths.path_file import read_path
+from elastocal.files.study.study_file import read_study
+from elastocal.files.texts import read_text, write_text
+from elastocal.identification.identify import identify
+from elastocal.identification.result import Identification
+from elastocal.identification.validation import Validation, validate
+from elastocal.measuring.measurements import Measurements
+from elastocal.planning.plan import Plan
+from elastocal.report.contents import Contents
+from elastocal.simulation.monte_carlo import MonteCarlo
+from elastocal.simulation.virtual_campaign import simulate
+from elastocal.study.study import Study
+from elastocal.terminal.compensations import show_compensation
+from elastocal.terminal.console import out as console
+from elastocal.terminal.identifications import show_identification, show_validation
+from elastocal.terminal.plans import show_plan
+
+GIVEN = ("study.yaml", "study_a1.yaml", "truth.json", "path.csv")
+_KEPT_ASIDE = 8  # random experiments to validate with
+_CAMPAIGNS = 2000
+
+
+def do_job(folder: Path, seed: int) -> None:
+    """Do the whole job on the robot of the paper, writing every file to a folder."""
+    _prepare(folder)
+    studies = [read_study(folder / name) for name in ("study.yaml", "study_a1.yaml")]
+    truth = read_model(folder / "truth.json", studies[0].robot)
+    rng = np.random.default_rng([seed, 2])
+    _say("1. Plan the experiments that identify A2 to A6 under a hung weight")
+    plan = _plan(studies[0], folder / "plan.json", seed)
+    _say("2. Measure and identify (a virtual robot bends; a virtual laser tracker measures)")
+    first = _measure(
+        studies[0], truth, (plan.load_cases, plan.repeats), folder / "measurements.csv", rng
+    )
+    identification = _identify(studies[0], first, folder / "model_a2_a6.json")
+    _say("3. The same for A1, which only a sideways force can move")
+    other = _plan(studies[1], folder / "plan_a1.json", seed)
+    second = _measure(
+        studies[1], truth, (other.load_cases, other.repeats), folder / "measurements_a1.csv", rng
+    )
+    whole = _identify(studies[1], second, folder / "model.json", identification.model)
+    _say(f"4. Validate on {_KEPT_ASIDE} experiments that were not used")
+    validation = _validate(studies[0], whole.model, truth, folder / "validation.csv", rng)
+    contents = Contents(
+        plan,
+        identification=identification,
+        references={"truth": truth},
+        validation=validation,
+    )
+    _say("5. Correct a milling path of 200 points for the process force")
+    contents = _compensate(contents, whole.model, truth, folder)
+    _say(f"6. Report, with {_CAMPAIGNS} campaigns like this one")
+    contents = replace(contents, monte_carlo=_campaigns(plan, truth, rng))
+    write_report(contents, folder / "report.html", quick=False, seed=seed)
+    print(f"everything is in {folder}: " + ", ".join(sorted(p.name for p in folder.iterdir())))
+
+
+def _say(what: str) -> None:
+    """The name of a step."""
+    console.print(Text(f"\n{what}\n", style="bold"))
+
+
+def _prepare(folder: Path) -> None:
+    """The files of the example, in a folder that holds nothing else."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be made ({error.strerror})") from None
+    for name in GIVEN:
+        text = read_text(demo_file(name))
+        if (folder / name).exists() and read_text(folder / name) != text:
+            raise InputError(
+                f"{folder / name}: exists and is not the demo's; choose another folder"
+            )
+        write_text(folder / name, text)
+
+
+def _plan(study: Study, out: Path, seed: int) -> Plan:
+    """A plan, written and shown."""
+    made = planned(study, out, seed)
+    show_plan(made)
+    return made
+
+
+def _measure(
+    study: Study,
+    truth: ComplianceModel,
+    plan: tuple[LoadCases, IntArray],
+    out: Path,
+    rng: np.random.Generator,
+) -> Measurements:
+    """Load cases with repeats, measured, written and read back as of a real campaign."""
+    write_measurements(simulate(study, truth, *plan, rng), study.robot, out)
+    return read_measurements(out, study)
+
+
+def _identify(
+    study: Study, data: Measurements, out: Path, known: ComplianceModel | None = None
+) -> Identification:
+    """A model, written and shown."""
+    identification = identify(study.arm, data, known=known)
+    write_identification(study, identification, out)
+    show_identification(identification)
+    return identification
+
+
+def _validate(
+    study: Study,
+    model: ComplianceModel,
+    truth: ComplianceModel,
+    out: Path,
+    rng: np.random.Generator,
+) -> Validation:
+    """Random experiments the model has not seen, and how well it predicts them."""
+    data = _measure(study, truth, _random_plan(study, _KEPT_ASIDE, rng), out, rng)
+    validation = validate(study.arm, model, kept_aside(data, study))
+    show_validation(validation)
+    return validation
+
+
+def _random_plan(study: Study, count: int, rng: np.random.Generator) -> tuple[LoadCases, IntArray]:
+    """Random load cases that the study allows, each measured once."""
+    cases = study.space.load_cases(study.space.sample(count, rng))
+    return cases, np.ones(count, dtype=np.int64)
+
+
+def _compensate(
+    contents: Contents, model: ComplianceModel, truth: ComplianceModel, folder: Path
+) -> Contents:
+    """The contents with a corrected path, and what is left of its error on the true robot."""
+    assert contents.plan is not None
+    study = contents.plan.study
+    tool = tool_called(study, None)
+    task = read_path(folder / "path.csv", study.robot, tool, start_of(study, tool))
+    arm = replace(study.arm, springs=model.springs, tool=tool)
+    done = compensate(arm, model, task.cases)
+    contents = with_compensation(contents, done, truth)
+    write_corrected(done, task, folder / "corrected.csv")
+    show_compensation(done, task, contents.judged)
+    return contents
+
+
+def _campaigns(plan: Plan, truth: ComplianceModel, rng: np.random.Generator) -> MonteCarlo:
+    """Thousands of such campaigns, beside those of a random plan of as many experiments."""
+    others = {"a random plan": _random_plan(plan.study, plan.count, rng)}
+    return virtual_campaigns(plan, others, truth, _CAMPAIGNS)
