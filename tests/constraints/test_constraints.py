@@ -168,6 +168,16 @@ def test_orientation_margins_are_angles_of_the_flange_axis() -> None:
     assert CONSTRAINTS["tilt"].margin(robot, q) == pytest.approx(np.radians(40.0) - from_down)
 
 
+def test_angles_are_finite_where_axes_align_to_the_last_digit() -> None:
+    """The cosine of a unit vector with itself may be a little over one, either way."""
+    robot, home = kuka_kr270(), np.zeros((1, 6))
+    turn = forward_kinematics(robot, home)[0, :3, :3]
+    for axis in np.random.default_rng(0).normal(size=(200, 3)):
+        for sign, room in ((1.0, 0.5), (-1.0, 0.5 - np.pi)):
+            tilt = Tilt("tilt", axis, sign * turn @ axis, 0.5)
+            assert tilt.margin(robot, home)[0] == pytest.approx(room, abs=1e-7)
+
+
 def test_elevation_at_home_is_a_right_angle() -> None:
     """Flange z is up at home: 90 degrees over the horizontal where 30 are allowed."""
     margin = CONSTRAINTS["elevation"].margin(kuka_kr270(), np.zeros((1, 6)))

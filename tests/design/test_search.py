@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from elastocal.design import approximate
+from elastocal.design import approximate, continuous
 from elastocal.design.approximate import interior_point, optimal_weights
 from elastocal.design.continuous import ContinuousDesign, continuous_design
 from elastocal.design.exact import Effort, Goal, Plans, exact_design, refine
@@ -24,16 +24,16 @@ def goal(degree: int) -> Goal:
     return Goal(polynomial(degree), D, np.zeros((degree + 1, degree + 1)))
 
 
-def counted(monkeypatch: pytest.MonkeyPatch, name: str) -> list[int]:
-    """One entry for every call of a function of the continuous design."""
+def counted(monkeypatch: pytest.MonkeyPatch, name: str, module: Any = approximate) -> list[int]:
+    """One entry for every call of a function of a module."""
     calls: list[int] = []
-    real = getattr(approximate, name)
+    real = getattr(module, name)
 
-    def spy(*args: Any) -> Any:
+    def spy(*args: Any, **options: Any) -> Any:
         calls.append(1)
-        return real(*args)
+        return real(*args, **options)
 
-    monkeypatch.setattr(approximate, name, spy)
+    monkeypatch.setattr(module, name, spy)
     return calls
 
 
@@ -65,6 +65,14 @@ def test_weights_on_many_points_are_found_in_few_sweeps(monkeypatch: pytest.Monk
     # Kiefer & Wolfowitz: the largest prediction variance is p at the optimum.
     variance = np.einsum("ni,ij,nj->n", rows, np.linalg.inv(total), rows)
     assert variance.max() == pytest.approx(4.0, rel=2e-6)
+
+
+def test_a_bound_is_sought_when_the_gap_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """600 fresh starts cost more than all else: they are made once here, not every round."""
+    calls = counted(monkeypatch, "dual_bound", continuous)
+    found = continuous_design(polynomial(4), D, np.random.default_rng(0))
+    assert found.gap < 1e-5
+    assert len(calls) == 1
 
 
 def test_plans_of_the_same_value_count_as_one_if_asked() -> None:

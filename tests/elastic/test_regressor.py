@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import Regressor, cartesian_stiffness, deflection, regressor
-from elastocal.elastic.springs import VirtualJoints, joint_springs
+from elastocal.elastic.springs import VirtualJoints, joint_springs, merged, subset
 from elastocal.errors import InputError
 from elastocal.robot.chain import Robot, Tool, transform
 from elastocal.robot.posture import Posture, forward_kinematics
@@ -123,6 +123,21 @@ def test_a_joint_spring_is_a_spring_at_the_place_of_the_joint() -> None:
     close(
         regressor(ElasticArm(robot, general, tool), cases),
         regressor(ElasticArm(robot, springs, tool), cases),
+        1e-14,
+    )
+
+
+def test_springs_in_joints_and_elsewhere_together() -> None:
+    """A base that gives way under springs in joints: as if none were in a joint."""
+    rng = np.random.default_rng(6)
+    robot, tool = random_chain(rng, [False, True, False, False]), random_tool(rng, 2)
+    mixed = merged(random_springs(rng, robot, 3), subset(joint_springs(robot), ["J1", "J2", "J4"]))
+    assert (mixed.joint >= 0).sum() == 3
+    general = replace(mixed, joint=np.array([], dtype=np.int64))
+    cases = random_cases(rng, robot, 4)
+    close(
+        regressor(ElasticArm(robot, mixed, tool), cases, rotation=True),
+        regressor(ElasticArm(robot, general, tool), cases, rotation=True),
         1e-14,
     )
 

@@ -76,3 +76,9 @@ def test_bounds_that_do_not_bind_change_nothing() -> None:
     bound = fit(data.rows, data.values, lower=np.array([-1.0, 0.0]))
     np.testing.assert_allclose(bound.estimate, free.estimate, rtol=1e-12)
     assert not bound.held.any()
+
+
+def test_without_unknowns_the_values_are_left() -> None:
+    found = fit(np.zeros((3, 0)), np.array([1.0, 2.0, 2.0]))
+    assert found.residual_sum == pytest.approx(9.0)
+    assert found.estimate.shape == found.held.shape == (0,)

@@ -150,6 +150,8 @@ def test_hours_by_hand() -> None:
     assert found.hours == pytest.approx(1930.0 / 3600.0)
     assert found.minutes["moving"] == pytest.approx((11.0 + 5.0 + 11.0 + 3.0) / 60.0)
     assert found.minutes["changing loads"] == pytest.approx(20.0)
+    for times in (found.moving, found.changing, found.measuring):
+        assert not times.flags.writeable
     assert sum(found.minutes.values()) == pytest.approx(60.0 * found.hours, rel=1e-12)
 
 

@@ -101,7 +101,9 @@ def test_where_a_campaign_has_been_there_is_no_room(study: Study) -> None:
     np.testing.assert_allclose(np.degrees(room), [-1.0, -1.0, 0.5, -0.6, 1.0], atol=1e-9)
 
 
-@pytest.mark.parametrize(("most", "before", "left"), [(3, 5, 3), (3, 10, 2), (None, 5, None)])
+@pytest.mark.parametrize(
+    ("most", "before", "left"), [(3, 5, 3), (3, 10, 2), (3, 11, 1), (None, 5, None)]
+)
 def test_the_rest_has_as_many_configurations_as_allowed(
     study: Study, most: int | None, before: int, left: int | None
 ) -> None:

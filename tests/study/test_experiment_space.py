@@ -65,6 +65,13 @@ def test_a_batch_is_a_loop_over_its_chunks(count: int) -> None:
         assert alone == pytest.approx(pulled[i], rel=1e-10, abs=1e-10 * np.abs(alone).max())
 
 
+def test_the_box_is_that_of_the_joints_and_of_directions() -> None:
+    """Two directions of three variables each, of norm 1 within ±2; climbs stay in there."""
+    space = space_with_everything()
+    np.testing.assert_array_equal(space.lower, np.append(space.limits[0], [-2.0] * 6))
+    np.testing.assert_array_equal(space.upper, np.append(space.limits[1], [2.0] * 6))
+
+
 def test_samples_are_feasible_and_cover_the_joint_ranges() -> None:
     space = kr270(A0).space
     x = space.sample(3000, np.random.default_rng(2))

@@ -45,6 +45,16 @@ def test_capsules_are_as_far_apart_as_coal_says() -> None:
         assert found.distance[k] - 0.3 == pytest.approx(expected, abs=1e-7)
 
 
+def test_pairs_that_cross_beside_pairs_that_do_not() -> None:
+    """In one batch: crossing lines part square to both, the others along their gap."""
+    a, b = np.array([[-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]]).T, np.array([[1.0, 0, 0], [1.0, 0, 0]]).T
+    c, d = np.array([[0.0, -1.0, 0.0], [2.0, -1, 3]]).T, np.array([[0.0, 1.0, 0.0], [2, 1, 3.0]]).T
+    found = between_segments(a, b, c, d)
+    np.testing.assert_allclose(found.distance, [0.0, np.sqrt(10.0)], atol=1e-12)
+    np.testing.assert_allclose(np.abs(found.normal[:, 0]), [0.0, 0.0, 1.0], atol=1e-12)
+    np.testing.assert_allclose(found.normal[:, 1], np.array([-1.0, 0, -3]) / np.sqrt(10.0))
+
+
 def test_two_balls() -> None:
     a, c = column([1.0, 2.0, 2.0]), column([0.0, 0.0, 0.0])
     found = between_segments(a, a, c, c)
