@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from elastocal.errors import Doubt
 from elastocal.files.measurements.mapping import read_mapping
 from elastocal.files.measurements.measurement_file import read_measurements
 from elastocal.files.study.study_file import read_study
@@ -69,4 +70,5 @@ def test_the_example_of_a_mapping_fits_a_tracker_export(tmp_path: Path) -> None:
     found = read_measurements([tmp_path / "tracker.csv", tmp_path / "joints.csv"], study, example)
     assert found.deflection[0] == pytest.approx([2e-4, -3e-4, -3e-3])
     assert found.cases.wrench[0, 2] == pytest.approx(-255 * 9.80665)
-    assert found.remarks == ("1 of the 12 experiments of the study are in the file",)
+    assert found.remarks == ()
+    assert found.doubts == (Doubt("unfinished", (), (), {"experiments": 1, "planned": 12}),)

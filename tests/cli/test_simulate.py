@@ -46,7 +46,7 @@ def test_a_campaign_is_written_like_a_real_one(plans: dict[int, Path], tmp_path:
     made = simulate(study, kr270_truth(study), proposal.load_cases, proposal.repeats, rng)
     np.testing.assert_allclose(back.deflection, made.deflection, atol=1e-12)
     np.testing.assert_allclose(back.cases.q, made.cases.q, atol=1e-12)
-    assert back.remarks == ()
+    assert back.remarks == back.doubts == ()
     found = identify(study.arm, back)
     off = np.abs(found.compliance - kr270_truth(study).compliance[1:]) / found.standard_error
     assert off.max() < 3.5

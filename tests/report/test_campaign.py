@@ -364,9 +364,12 @@ def test_same_values_same_report() -> None:
 
 def test_remarks_say_which_readings_they_are_about() -> None:
     found = validated("three-link")
-    odd = replace(found, measurements=replace(found.measurements, remarks=("row 3 is odd",)))
+    doubts = (Doubt("marker-not-measured", ("M9",)),)
+    data = replace(found.measurements, remarks=("row 3 is odd",), doubts=doubts)
+    odd = replace(found, measurements=data)
     top = visible(report.html(Contents(validation=odd)).split("<nav")[0])
     assert "readings kept aside: row 3 is odd" in top
+    assert "readings kept aside: marker 'M9' was never measured" in top
 
 
 def test_long_names_keep_what_tells_them_apart() -> None:

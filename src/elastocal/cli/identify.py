@@ -111,7 +111,7 @@ def validate_command(
         again = identify(what.arm, data, fit_of(model), prior=models[0], known=models[1])
         validation = leave_one_out(again, confidence=confidence)
     else:
-        data = kept_aside(data, what)
+        data = kept_aside(data)
         given = read_model(model, what.robot)
         validation = validate(what.arm, given, data, confidence=confidence)
     if as_json:

@@ -134,7 +134,7 @@ def _validated(
             f"{files.validation[0]}: validation needs --measurements or --model, to have something "
             "to validate"
         )
-    kept = kept_aside(readings(study, files.validation, files.mapping), study)
+    kept = kept_aside(readings(study, files.validation, files.mapping))
     if found is not None and kept.sha256 and kept.sha256 == found.measurements.sha256:
         raise InputError(
             f"{files.validation[0]}: these are the measurements the model was made from; leave "

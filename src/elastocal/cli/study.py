@@ -99,6 +99,7 @@ def _check_measurements(
     """Say what was understood of measurement files."""
     from elastocal.files.measurements.measurement_file import read_measurements
     from elastocal.files.study.study_file import read_study
+    from elastocal.wording import worded
 
     what = read_study(study)
     found = read_measurements(paths, what, mapping)
@@ -113,7 +114,7 @@ def _check_measurements(
                 "own_uncertainty": found.own_uncertainty,
                 "largest_deflection_mm": 1e3 * float(largest),
                 "sha256": found.sha256,
-                "remarks": list(found.remarks),
+                "remarks": [*found.remarks, *map(worded, found.doubts)],
             }
         )
         return

@@ -11,7 +11,7 @@ import numpy as np
 
 from elastocal.arrays import Array, BoolArray, IntArray, freeze
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.errors import InputError
+from elastocal.errors import Doubt, InputError
 from elastocal.robot.chain import Tool
 
 
@@ -31,7 +31,8 @@ class Measurements:
             instrument of the study (False).
         source: File they were read from, or how they were made.
         sha256: Hash of that file, empty if there is none.
-        remarks: Sentences on what looks odd in them.
+        remarks: Sentences of the reader on what it made of the file.
+        doubts: What looks odd in them.
     """
 
     tool: Tool
@@ -45,6 +46,7 @@ class Measurements:
     source: str = ""
     sha256: str = ""
     remarks: tuple[str, ...] = ()
+    doubts: tuple[Doubt, ...] = ()
 
     def __post_init__(self) -> None:
         freeze(self, "case", "marker", dtype=np.int64)

@@ -188,7 +188,7 @@ def test_decimal_sign_and_delimiter_by_word(tmp_path: Path) -> None:
     mapping += "".join(f"  {name}: {name}\n" for name in [*names, "dx", "dy", "dz", "u"])
     found = read(mapping, {"m.csv": text.encode()}, tmp_path)
     assert len(found) == 6
-    assert found.remarks == ()
+    assert found.remarks == found.doubts == ()
 
 
 # old, new in the mapping; what must be in the sentence

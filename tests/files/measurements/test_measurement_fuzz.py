@@ -204,6 +204,7 @@ def test_order_units_and_encoding_make_no_difference(
     np.testing.assert_allclose(found.deflection, right.deflection, rtol=1e-12)
     np.testing.assert_allclose(found.covariance, right.covariance, rtol=1e-12, atol=1e-24)
     assert found.remarks == right.remarks == ()
+    assert found.doubts == right.doubts == ()
 
 
 class TestFast:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from elastocal.errors import MeasurementFileError
+from elastocal.errors import Doubt, MeasurementFileError
 from elastocal.files.measurements.measurement_file import read_measurements
 from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
@@ -81,6 +81,7 @@ def test_clothes_make_no_difference(name: str, tmp_path: Path) -> None:
     right = read(GOOD, tmp_path)
     found = read(SAME[name], tmp_path)
     assert found.remarks == right.remarks == ()
+    assert found.doubts == right.doubts == ()
     assert found.names == right.names == ("1", "2", "3")
     assert found.own_uncertainty
     np.testing.assert_array_equal(found.marker, right.marker)
@@ -99,47 +100,68 @@ def radians(text: str) -> str:
     return text
 
 
-# what is in the file; what one of the remarks says
-ODD: dict[str, tuple[bytes | str, list[str]]] = {
-    "degrees under a radian header": (radians(GOOD), ["95 rad", "were degrees meant?"]),
+EACH = ("1", "2", "3")
+
+# what is in the file; what is odd in it
+ODD: dict[str, tuple[str, Doubt]] = {
+    "degrees under a radian header": (
+        radians(GOOD), Doubt("degrees-for-radians", (), (), {"largest": 95.0})),
     "radians under a degree header": (
         HEAD + "1,M1,0.1,-1,1.4,0.5,0.7,0.9,0,0,-2500,0.1,0.2,-3.1,0.02\n",
-        ["beyond 1.4°", "were radians meant?"],
-    ),
+        Doubt("radians-for-degrees", (), (), {"largest": np.radians(1.4)})),
     "beyond the limits": (
         GOOD.replace(",-60,", ",-160,"),
-        ["experiment 1: A2 is beyond its limits -140 … 0 °", "-160"]),
+        Doubt("beyond-joint-limits", ("1",), ("A2",),
+              {"lower": np.radians(-140), "upper": 0.0, "value": np.radians(-160)}, "rad")),
     "deflections of metres": (
-        GOOD.replace("-3.1", "-3100"), ["experiment 1", "3.1 m", "micrometres meant"]),
+        GOOD.replace("-3.1", "-3100"),
+        Doubt("large-deflection", ("1",), (), {"deflection": 3.1})),
     "metres under millimetres": (
         GOOD.replace(",0.", ",0.000").replace(",-3.", ",-0.003").replace(",0.00002\n", ",0.02\n"),
-        ["no deflection is above three times its noise"]),
-    "zero loads": (GOOD.replace("-2500", "0"), ["experiments 1, 2, 3: no load at all"]),
-    "half the load": (GOOD.replace("-2500", "-1250"), ["1250 N where the study plans 2500 N"]),
+        Doubt("only-noise", (), (), {"deflection": 3.62e-6, "noise": np.sqrt(3.0) * 2e-5})),
+    "zero loads": (GOOD.replace("-2500", "0"), Doubt("no-load", EACH)),
+    "half the load": (
+        GOOD.replace("-2500", "-1250"),
+        Doubt("other-force", EACH, (), {"force": 1250.0, "planned": 2500.0})),
     "other direction": (
-        GOOD.replace("0,0,-2500", "2500,0,0"), ["along [1.00 0.00 0.00]", "does not plan"]),
+        GOOD.replace("0,0,-2500", "2500,0,0"),
+        Doubt("other-direction", EACH, (), {"x": 1.0, "y": 0.0, "z": 0.0})),
     "against the force": (
-        GOOD.replace(",-3.", ",3."), ["6 of 6 deflections go against the force", "exchanged"]),
-    "repeated row": (GOOD + FIRST, ["1 row repeated exactly, first at", "line 8", "counted once"]),
-    "beam break": (
-        GOOD.replace("0.1,0.3,-3.2", "0.1,0.2,-3.1"), ["1 row repeat", "line 3", "beam broken"]),
+        GOOD.replace(",-3.", ",3."), Doubt("against-force", (), (), {"against": 6, "clear": 6})),
     "one marker missing": (
         GOOD.replace("3,M2,30,-80,95,31,41,51,0,0,-2500,0.3,0.3,-3.6,0.02\n", ""),
-        ["experiment 3: 1 of up to 2 readings"]),
-    "marker never measured": (
-        HEAD + FIRST, ["marker 'M2' was never measured"]),
-    "experiments missing": (HEAD + FIRST, ["1 of the 3 experiments of the study"]),
-    "no line end": (GOOD[:-1], ["line 7", "no line end", "complete?"]),
-    "exactly zero": (GOOD.replace("0.1,0.2,-3.1", "0,0,0"), ["experiment 1", "exactly zero"]),
-    "joints that scatter": (
-        GOOD.replace("1,M2,10,", "1,M2,10.004,"), ["within experiments by up to 0.004 °", "means"]),
-    "forces that scatter": (
-        GOOD.replace("-2500,0.1,0.3", "-2504,0.1,0.3"), ["forces differ", "by up to 4 N", "means"]),
+        Doubt("fewer-readings", ("3",), (), {"readings": 1, "most": 2})),
+    "marker never measured": (HEAD + FIRST, Doubt("marker-not-measured", ("M2",))),
+    "experiments missing": (
+        HEAD + FIRST, Doubt("unfinished", (), (), {"experiments": 1, "planned": 3})),
+    "exactly zero": (GOOD.replace("0.1,0.2,-3.1", "0,0,0"), Doubt("zero-deflection", ("1",))),
     "stuck force sensor": (
         HEAD + "".join(
             f"{i},M{m},{i},-60,80,30,40,50,0,0,{-2500 - min(i, 6) * 0.7:.1f},"
             f"0.1,0.{m},-3.{i}{m},0.02\n"
-            for i in range(1, 10) for m in (1, 2)), ["sensor stuck"]),
+            for i in range(1, 10) for m in (1, 2)), Doubt("stuck-sensor")),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_what_is_odd_is_known_by_its_code(name: str, tmp_path: Path) -> None:
+    data, expected = ODD[name]
+    found = {doubt.code: doubt for doubt in read(data, tmp_path).doubts}[expected.code]
+    assert (found.about, found.because, found.unit) == (
+        expected.about, expected.because, expected.unit)  # fmt: skip
+    assert found.numbers == pytest.approx(dict(expected.numbers), rel=1e-2)
+
+
+# what is in the file; what one of the remarks says
+READ: dict[str, tuple[bytes | str, list[str]]] = {
+    "repeated row": (GOOD + FIRST, ["1 row repeated exactly, first at", "line 8", "counted once"]),
+    "beam break": (
+        GOOD.replace("0.1,0.3,-3.2", "0.1,0.2,-3.1"), ["1 row repeat", "line 3", "beam broken"]),
+    "no line end": (GOOD[:-1], ["line 7", "no line end", "complete?"]),
+    "joints that scatter": (
+        GOOD.replace("1,M2,10,", "1,M2,10.004,"), ["within experiments by up to 0.004 °", "means"]),
+    "forces that scatter": (
+        GOOD.replace("-2500,0.1,0.3", "-2504,0.1,0.3"), ["forces differ", "by up to 4 N", "means"]),
     "marked rows": (
         STATES + "2,M1,unloaded,a,b,,0,0,50,0,0,0,1,2,3,no\n",
         ["1 row marked as invalid or deleted left out"]),
@@ -160,9 +182,9 @@ ODD: dict[str, tuple[bytes | str, list[str]]] = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", ODD)
-def test_what_is_odd_is_said(name: str, tmp_path: Path) -> None:
-    data, expected = ODD[name]
+@pytest.mark.parametrize("name", READ)
+def test_what_the_reader_makes_of_it_is_said(name: str, tmp_path: Path) -> None:
+    data, expected = READ[name]
     found = read(data, tmp_path)
     assert any(all(part in remark for part in expected) for remark in found.remarks), found.remarks
     assert not any("\n" in remark for remark in found.remarks)
@@ -221,7 +243,7 @@ def test_what_is_odd_is_read_as_its_clean_twin(name: str, tmp_path: Path) -> Non
 
 def test_torques_that_are_planned_and_not_measured(tmp_path: Path) -> None:
     text = STUDY_TEXT.replace("count: 3", "torque_Nm: [0, 0, 10], count: 3")
-    assert any("torques of 10 N·m" in remark for remark in read(GOOD, tmp_path, text).remarks)
+    assert Doubt("no-torques", (), (), {"planned": 10.0}) in read(GOOD, tmp_path, text).doubts
 
 
 def test_loaded_minus_unloaded(tmp_path: Path) -> None:

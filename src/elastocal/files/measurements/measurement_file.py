@@ -32,7 +32,7 @@ from elastocal.files.measurements.mapped import completed, mapped_columns
 from elastocal.files.measurements.mapping import FieldMapping, read_mapping
 from elastocal.files.measurements.readings import Readings, deflections, differences, markers
 from elastocal.files.measurements.selection import chosen_word, usable
-from elastocal.files.measurements.suspicious import remarks, unused
+from elastocal.files.measurements.suspicious import doubts, unused
 from elastocal.files.measurements.table import Table, combined, kept
 from elastocal.files.measurements.uncertainty import kind_of_uncertainty, matrices
 from elastocal.files.measurements.writing import write_measurements
@@ -90,7 +90,8 @@ def read_measurements(
         found,
         source=", ".join(map(str, paths)) + (f" through {foreign.path}" if foreign else ""),
         sha256=_digest([f.sha256 for f in files] + ([foreign.sha256] if foreign else [])),
-        remarks=(*odd, *found.remarks, *remarks(found, study, units)),
+        remarks=(*odd, *found.remarks),
+        doubts=doubts(found, study, units),
     )
 
 

@@ -1,25 +1,25 @@
-"""What looks odd in measurements: said in a sentence, never guessed at or corrected."""
+"""What looks odd in measurements: said, never guessed at or corrected."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from elastocal.arrays import Array, BoolArray
+from elastocal.errors import Doubt
 from elastocal.files.tables.units import factor, split_header
 from elastocal.measuring.measurements import Measurements
 from elastocal.study.study import Study
 
 _LARGE = 0.1  # m; no arm that works bends so far
-_MANY = 5  # names in a sentence
+_NOTHING_BUT_NOISE = 3.0  # deflections over their noise
 
 
-def remarks(found: Measurements, study: Study, units: dict[str, str]) -> tuple[str, ...]:
-    """Sentences on what looks odd.
+def doubts(found: Measurements, study: Study, units: dict[str, str]) -> tuple[Doubt, ...]:
+    """What looks odd.
 
     Args:
         found: What was read.
@@ -52,61 +52,49 @@ def _looks_like(name: str, unit: str | None) -> str | None:
     return next((w for kind, w in kinds.items() if unit and factor(unit, kind) is not None), None)
 
 
-def _joints(found: Measurements, study: Study, units: dict[str, str]) -> Iterator[str]:
+def _joints(found: Measurements, study: Study, units: dict[str, str]) -> Iterator[Doubt]:
     robot, q = study.robot, found.cases.q
     turning = [j for j, joint in enumerate(robot.joints) if not joint.prismatic]
-    for unit, other in (("rad", "degrees"), ("deg", "radians")):
+    for unit in ("rad", "deg"):
         own = [j for j in turning if units.get(f"q:{robot.joints[j].name}") == unit]
         if not own:
             continue
         largest = float(np.abs(q[:, own]).max())
-        shown = np.degrees(largest) if unit == "deg" else largest
-        if unit == "rad" and shown > 2.0 * np.pi:
-            yield f"joint values reach {shown:.4g} rad, more than a full turn: were {other} meant?"
-        if unit == "deg" and 0.0 < shown < 2.0 * np.pi:
-            yield f"no joint value is beyond {shown:.3g}°: were {other} meant?"
+        if unit == "rad" and largest > 2.0 * np.pi:
+            yield Doubt("degrees-for-radians", numbers={"largest": largest})
+        if unit == "deg" and 0.0 < np.degrees(largest) < 2.0 * np.pi:
+            yield Doubt("radians-for-degrees", numbers={"largest": largest})
     for j, joint in enumerate(robot.joints):
-        scale, unit = joint.kind.shown
-        beyond = (q[:, j] < joint.lower - 1e-9) | (q[:, j] > joint.upper + 1e-9)
+        value = q[:, j]
+        beyond = np.asarray((value < joint.lower - 1e-9) | (value > joint.upper + 1e-9))
         if beyond.any():
-            first = int(beyond.argmax())
-            yield (
-                f"{_named(found, beyond)}: {joint.name} is beyond its limits "
-                f"{scale * joint.lower:.6g} … {scale * joint.upper:.6g} {unit} (at "
-                f"{scale * q[first, j]:.6g} {unit})"
-            )
+            first = float(value[int(beyond.argmax())])
+            limits = {"lower": joint.lower, "upper": joint.upper, "value": first}
+            named = _named(found, beyond)
+            yield Doubt("beyond-joint-limits", named, (joint.name,), limits, joint.kind.unit)
 
 
-def _loads(found: Measurements, study: Study) -> Iterator[str]:
+def _loads(found: Measurements, study: Study) -> Iterator[Doubt]:
     wrench, plan = found.cases.wrench, study.experiments
-    idle = ~wrench.any(axis=1)
+    idle = np.asarray(~wrench.any(axis=1))
     if idle.any():
-        yield f"{_named(found, idle)}: no load at all, so nothing can deflect"
+        yield Doubt("no-load", _named(found, idle))
     size = np.linalg.norm(wrench[:, :3], axis=1)
     wanted = plan.force.size
     far = np.asarray(~idle & (np.abs(size - wanted) > 0.2 * wanted))
     if wanted > 0.0 and far.any():
-        first = int(far.argmax())
-        yield (
-            f"{_named(found, far)}: the force is {size[first]:.4g} N where the study plans "
-            f"{wanted:.4g} N"
-        )
+        forces = {"force": float(size[int(far.argmax())]), "planned": wanted}
+        yield Doubt("other-force", _named(found, far), numbers=forces)
     elif wanted > 0.0:
         unit = wrench[:, :3] / np.where(idle, 1.0, size)[:, None]
         aside = np.asarray(~idle & (plan.force.margin(wanted * unit) < -0.1 * wanted))
         if aside.any():
-            first = int(aside.argmax())
-            yield (
-                f"{_named(found, aside)}: the force points along "
-                f"[{' '.join(f'{v:.2f}' for v in unit[first])}], which the study does not plan"
-            )
+            along = dict(zip("xyz", unit[int(aside.argmax())].tolist(), strict=True))
+            yield Doubt("other-direction", _named(found, aside), numbers=along)
     if plan.moment.size > 0.0 and not wrench[:, 3:].any():
-        yield f"the study plans torques of {plan.moment.size:.4g} N·m, the file has none"
+        yield Doubt("no-torques", numbers={"planned": plan.moment.size})
     if len(found.cases) >= 5 and _sensor_is_stuck(wrench[~idle, :3]):
-        yield (
-            "the force has one value in some experiments and to the last digit another in the "
-            "rest: is the force sensor stuck?"
-        )
+        yield Doubt("stuck-sensor")
 
 
 def _sensor_is_stuck(force: Array) -> bool:
@@ -118,72 +106,57 @@ def _sensor_is_stuck(force: Array) -> bool:
     return bool(runs.max() >= 3 and (runs == 1).sum() >= 3)
 
 
-def _deflections(found: Measurements) -> Iterator[str]:
+def _deflections(found: Measurements) -> Iterator[Doubt]:
     size = np.linalg.norm(found.deflection, axis=1)
     if not len(size):
         return
     large = np.asarray(size > _LARGE)
     if large.any():
-        yield (
-            f"{_named(found, _cases_of(found, large))}: the deflection is {size[large][0]:.4g} m: "
-            "were millimetres or micrometres meant, or positions of different points subtracted?"
-        )
+        first = {"deflection": float(size[large][0])}
+        yield Doubt("large-deflection", _named(found, _cases_of(found, large)), numbers=first)
     noise = np.sqrt(np.einsum("rii->r", found.covariance))
-    if (size < 3.0 * noise).all():
-        yield (
-            f"no deflection is above three times its noise (the largest is "
-            f"{1e3 * size.max():.3g} mm, with noise of {1e3 * noise[size.argmax()]:.3g} mm): were "
-            "the robot and the gauge as they should be?"
-        )
+    clear = size >= _NOTHING_BUT_NOISE * noise
+    if not clear.any():
+        largest = int(size.argmax())
+        sizes = {"deflection": float(size[largest]), "noise": float(noise[largest])}
+        yield Doubt("only-noise", numbers=sizes)
         return
     along = np.einsum("rc,rc->r", found.deflection, found.cases.wrench[found.case, :3])
-    clear = (size > 3.0 * noise) & (along != 0.0)
-    if clear.sum() >= 3 and (along[clear] < 0.0).mean() > 0.8:
-        yield (
-            f"{(along[clear] < 0.0).sum()} of {clear.sum()} deflections go against the force: were "
-            "loaded and unloaded exchanged, or the sign of the force?"
-        )
-    still = ~found.deflection.any(axis=1)
+    along = along[(size > _NOTHING_BUT_NOISE * noise) & (along != 0.0)]
+    if len(along) >= 3 and (along < 0.0).mean() > 0.8:
+        counts = {"against": int((along < 0.0).sum()), "clear": len(along)}
+        yield Doubt("against-force", numbers=counts)
+    still = np.asarray(~found.deflection.any(axis=1))
     if still.any():
-        yield f"{_named(found, _cases_of(found, still))}: the deflection is exactly zero"
+        yield Doubt("zero-deflection", _named(found, _cases_of(found, still)))
 
 
-def _counts(found: Measurements, study: Study) -> Iterator[str]:
+def _counts(found: Measurements, study: Study) -> Iterator[Doubt]:
     per_case = np.bincount(found.case, minlength=len(found.cases))
     if len(per_case) and per_case.min() != per_case.max():
         fewer = per_case < per_case.max()
-        yield (
-            f"{_named(found, fewer)}: {per_case[fewer][0]} of up to {per_case.max()} readings that "
-            "other experiments have"
-        )
+        counts = {"readings": int(per_case[fewer][0]), "most": int(per_case.max())}
+        yield Doubt("fewer-readings", _named(found, fewer), numbers=counts)
     unseen = sorted(set(range(len(found.tool.markers))) - set(np.unique(found.marker).tolist()))
     if unseen:
-        yield f"marker {found.tool.marker_names[unseen[0]]!r} was never measured"
+        yield Doubt("marker-not-measured", (found.tool.marker_names[unseen[0]],))
     if len(found.cases) < study.experiments.count:
-        yield _unfinished(found, study)
+        counts = {"experiments": len(found.cases), "planned": study.experiments.count}
+        yield Doubt("unfinished", numbers=counts)
 
 
-def _unfinished(found: Measurements, study: Study) -> str:
-    planned = study.experiments.count
-    return f"{len(found.cases)} of the {planned} experiments of the study are in the file"
-
-
-def kept_aside(found: Measurements, study: Study) -> Measurements:
+def kept_aside(found: Measurements) -> Measurements:
     """Readings that are not the campaign of the study: their number is no matter."""
-    said = _unfinished(found, study)
-    return replace(found, remarks=tuple(remark for remark in found.remarks if remark != said))
+    left = tuple(doubt for doubt in found.doubts if doubt.code != "unfinished")
+    return replace(found, doubts=left)
 
 
-def _cases_of(found: Measurements, readings: Any) -> BoolArray:
-    """(N,) experiments that have one of these readings."""
+def _cases_of(found: Measurements, readings: BoolArray) -> BoolArray:
+    """(N,) experiments that have one of these (R,) readings."""
     count = np.bincount(found.case[readings], minlength=len(found.cases))
     return np.asarray(count > 0)
 
 
-def _named(found: Measurements, cases: Any) -> str:
-    """'experiments 3, 5 and 7 others' for (N,) cases."""
-    places = np.flatnonzero(cases)
-    names = [found.names[i][:40] for i in places[:_MANY]]
-    rest = len(places) - len(names)
-    more = f" and {rest} more" if rest else ""
-    return f"experiment{'s' if len(places) > 1 else ''} {', '.join(names)}{more}"
+def _named(found: Measurements, cases: BoolArray) -> tuple[str, ...]:
+    """Names of (N,) experiments."""
+    return tuple(found.names[i] for i in np.flatnonzero(cases))

@@ -19,6 +19,7 @@ from elastocal.identification.residuals import (
 )
 from elastocal.identification.result import Identification
 from elastocal.identification.validation import summary
+from elastocal.measuring.measurements import Measurements
 from elastocal.report.charts.correlation import combinations_chart, correlation_chart
 from elastocal.report.charts.forest import close_up, forest_chart
 from elastocal.report.charts.leverage import leverage_chart
@@ -70,7 +71,12 @@ def identification_chapter(contents: Contents) -> Chapter | None:
 
 def remarks(found: Identification) -> tuple[str, ...]:
     """What looks odd in the readings, and what is weak in the result."""
-    return (*found.measurements.remarks, *map(worded, doubts(found)))
+    return (*readings_remarks(found.measurements), *map(worded, doubts(found)))
+
+
+def readings_remarks(data: Measurements) -> tuple[str, ...]:
+    """What the reader says of readings, and what looks odd in them."""
+    return (*data.remarks, *map(worded, data.doubts))
 
 
 def tiles(found: Identification) -> list[Tile]:

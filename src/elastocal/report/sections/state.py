@@ -18,6 +18,7 @@ from elastocal.planning.plan import Plan
 from elastocal.report.contents import Contents
 from elastocal.report.section import Section
 from elastocal.report.sections.compensation import compensation_remarks
+from elastocal.report.sections.identification import readings_remarks
 from elastocal.report.sections.identification import remarks as identification_remarks
 from elastocal.report.sections.provenance import robot_of
 from elastocal.report.sections.validation import origin, removed, validation_remarks
@@ -182,7 +183,7 @@ def _remarks(contents: Contents) -> tuple[str, ...]:
         remarks += identification_remarks(found)
     if contents.validation is not None:
         if contents.validation.kept_aside:
-            kept = contents.validation.measurements.remarks
+            kept = readings_remarks(contents.validation.measurements)
             remarks += [f"readings kept aside: {remark}" for remark in kept]
         remarks += validation_remarks(contents.validation)
     remarks += compensation_remarks(contents)
