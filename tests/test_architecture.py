@@ -23,7 +23,7 @@ MAY_IMPORT = {
     "wording": "none",
     "robot": "wording",
     "elastic": "robot",
-    "constraints": "robot",
+    "constraints": "wording robot",
     "measuring": "robot elastic",
     "design": "none",
     "fitting": "none",

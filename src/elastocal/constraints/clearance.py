@@ -10,6 +10,7 @@ from elastocal.constraints.collision.contacts import Unwatched
 from elastocal.constraints.collision.distance import NearestPairs, Pairs, nearest
 from elastocal.robot.posture import Posture
 from elastocal.robot.shapes import Shape
+from elastocal.wording.numbers import bounded
 
 PLENTY = 0.05
 """Margins above this [m] are not measured while planning: they are said to be this."""
@@ -50,7 +51,7 @@ class Clearance(Constraint):
         self.pairs, self.keep = pairs, margin
         self.keep_moving = margin / 2.0 if motion_margin is None else motion_margin
         self.obstacle, self.unwatched = obstacle, unwatched
-        self.name = f"clearance from {name} >= {1e3 * margin:g} mm"
+        self.name = bounded(f"clearance from {name}", ">=", margin, "m")
 
     def at(self, posture: Posture) -> tuple[Array, Pull]:
         found = nearest(self.pairs, posture, self.keep + PLENTY)
@@ -65,8 +66,10 @@ class Clearance(Constraint):
 
     def names_at(self, posture: Posture) -> list[str]:
         found = nearest(self.pairs, posture, np.inf)
-        keep = f"{1e3 * self.keep:g} mm"
-        return [f"clearance of {self.pair_name(pair)} >= {keep}" for pair in found.pair.tolist()]
+        return [
+            bounded(f"clearance of {self.pair_name(pair)}", ">=", self.keep, "m")
+            for pair in found.pair.tolist()
+        ]
 
     def pair_name(self, pair: int) -> str:
         """The two solids of a pair in words: "A4 from table"."""

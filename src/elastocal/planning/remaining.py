@@ -19,6 +19,7 @@ from elastocal.measuring.measurements import Measurements
 from elastocal.measuring.whitening import noise_factors
 from elastocal.planning.plain_values import simplify
 from elastocal.study.study import Done, Study
+from elastocal.wording.numbers import bounded
 
 _APART = np.radians(1.0)  # distance from a measured configuration that makes another one
 
@@ -70,7 +71,12 @@ def knowing(study: Study, before: Done) -> Study:
     _, free = simplify(study.space, before.cases)
     counts: Array = np.array([float(name not in free) for name in study.robot.joint_names])
     apart = tuple(
-        Distinct(f"distance from measured configuration {i + 1} >= 1°", q, counts, _APART)
+        Distinct(
+            bounded(f"distance from measured configuration {i + 1}", ">=", _APART, "rad"),
+            q,
+            counts,
+            _APART,
+        )
         for i, q in enumerate(before.cases.q)
     )
     return replace(

@@ -16,6 +16,7 @@ from elastocal.arrays import Array, freeze
 from elastocal.errors import InputError
 from elastocal.robot.chain import Robot
 from elastocal.robot.posture import Posture
+from elastocal.wording.numbers import described
 
 _WORST_CONDITION = 1e6
 
@@ -150,8 +151,8 @@ def _fanuc(robot: Robot) -> tuple[dict[str, float], dict[str, Mapping[str, float
     if abs(cosine) < 1.0 - 1e-6:
         raise InputError(
             f"controller preset 'fanuc' needs parallel axes of {robot.joint_names[second]!r} and "
-            f"{robot.joint_names[third]!r}; theirs are {np.degrees(np.arccos(abs(cosine))):.3g}° "
-            "apart"
+            f"{robot.joint_names[third]!r}; theirs are "
+            f"{described(np.arccos(abs(cosine)), 'rad', 3)} apart"
         )
     names = robot.joint_names
     sign = {names[third]: -1.0} if cosine > 0.0 else {}

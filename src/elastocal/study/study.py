@@ -25,6 +25,7 @@ from elastocal.robot.chain import Robot, Tool
 from elastocal.robot.controller_axes import Coupling, uncoupled
 from elastocal.robot.pose_check import KnownPose
 from elastocal.study.experiment_space import LoadCaseSpace
+from elastocal.wording.numbers import bounded, described
 
 
 @dataclass(frozen=True)
@@ -197,14 +198,13 @@ class Study:
         """The joint limits as constraints, two per joint that has any."""
         constraints = []
         for i, joint in enumerate(self.robot.joints):
-            scale, shown = joint.kind.shown
             for bound, upper, sign in (
                 (self.limits[0, i], False, ">="),
                 (self.limits[1, i], True, "<="),
             ):
                 if not np.isfinite(joint.upper if upper else joint.lower) and (abs(bound) == np.pi):
                     continue  # a joint that turns without end
-                name = f"{joint.name} {sign} {scale * bound:.6g}{shown}"
+                name = bounded(joint.name, sign, bound, joint.kind.unit)
                 constraints.append(JointLimit(name, i, bound, upper=upper, unit=joint.kind.unit))
         return tuple(constraints)
 
@@ -243,9 +243,9 @@ def _finite_limits(robot: Robot, limits: Array) -> Array:
         if not joint.prismatic:
             limits[:, i] = np.where(np.isfinite(limits[:, i]), limits[:, i], [-np.pi, np.pi])
         if not limits[0, i] < limits[1, i]:
-            scale, unit = joint.kind.scale, joint.kind.suffix
+            lower, upper = (described(bound, joint.kind.unit, 6) for bound in limits[:, i])
             raise InputError(
                 f"joint {joint.name!r} has no room left: its lower limit with margin is "
-                f"{scale * limits[0, i]:.6g}{unit}, the upper one {scale * limits[1, i]:.6g}{unit}"
+                f"{lower}, the upper one {upper}"
             )
     return limits

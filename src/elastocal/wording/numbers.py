@@ -105,10 +105,15 @@ def suffix(unit: str) -> str:
     return unit if unit == "°" else f" {unit}"
 
 
-def described(value: float, unit: str) -> str:
-    """A value in SI units as people read it: degrees and millimetres, four digits."""
+def described(value: float, unit: str, digits: int = 4) -> str:
+    """A value in SI units as people read it: degrees and millimetres."""
     factor, sign = shown(unit)
-    return f"{factor * value:.4g}{suffix(sign)}"
+    return f"{factor * value:.{digits}g}{suffix(sign)}"
+
+
+def bounded(what: str, relation: str, bound: float, unit: str) -> str:
+    """What is limited, and how: 'height of M1 >= 800 mm'."""
+    return f"{what} {relation} {described(bound, unit, 6)}"
 
 
 def given(value: float) -> str:

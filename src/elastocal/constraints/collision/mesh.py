@@ -16,6 +16,7 @@ import numpy as np
 from elastocal.arrays import Array, IntArray, frozen
 from elastocal.errors import InputError
 from elastocal.robot.shapes import Shape
+from elastocal.wording.numbers import described
 
 FORMATS = (".stl", ".obj", ".ply")
 LARGEST = 32 * 1024 * 1024
@@ -66,7 +67,7 @@ def _hulls(path: Path, scale: tuple[float, ...]) -> tuple[Array, ...]:
         )
     if size < SMALLEST_SIZE:
         raise InputError(
-            f"{path}: the mesh is {1e3 * size:.4g} mm across; is it in metres, and its unit or "
+            f"{path}: the mesh is {described(size, 'm')} across; is it in metres, and its unit or "
             "scale wrong?"
         )
     parts = _connected(vertices, faces)
