@@ -58,6 +58,7 @@ def check_command(
     if measurements:
         _check_measurements(study, measurements, mapping, as_json)
         return
+    from elastocal.files.doubt_entries import doubt_entries
     from elastocal.files.study.study_file import read_study
     from elastocal.planning.study_check import check
     from elastocal.wording import worded
@@ -78,6 +79,7 @@ def check_command(
                 "seen_share": dict(found.seen),
                 "bottleneck": found.bottleneck,
                 "remarks": [*what.robot.remarks, *map(worded, found.doubts)],
+                "doubts": doubt_entries(found.doubts),
                 "check_poses": _pose_deviations(what, found),
                 "unwatched_contacts": [worded(contacts) for contacts in found.unwatched],
                 "problem": None if found.problem is None else str(found.problem),
@@ -97,6 +99,7 @@ def _check_measurements(
     study: Path, paths: list[Path], mapping: Path | None, as_json: bool
 ) -> None:
     """Say what was understood of measurement files."""
+    from elastocal.files.doubt_entries import doubt_entries
     from elastocal.files.measurements.measurement_file import read_measurements
     from elastocal.files.study.study_file import read_study
     from elastocal.wording import worded
@@ -115,6 +118,7 @@ def _check_measurements(
                 "largest_deflection_mm": 1e3 * float(largest),
                 "sha256": found.sha256,
                 "remarks": [*found.remarks, *map(worded, found.doubts)],
+                "doubts": doubt_entries(found.doubts),
             }
         )
         return

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from elastocal.files.doubt_entries import doubt_entries
 from elastocal.identification.doubts import doubts
 from elastocal.identification.result import Identification
 from elastocal.identification.validation import Validation, summary
@@ -14,7 +15,7 @@ from elastocal.wording import worded
 
 def identification_sections(found: Identification) -> dict[str, Any]:
     """The sections `identification` and `diagnostics` of a model file."""
-    how, lack = found.how, found.lack_of_fit
+    how, lack, weak = found.how, found.lack_of_fit, doubts(found)
     return {
         "identification": {
             "identified": list(found.identified),
@@ -30,7 +31,8 @@ def identification_sections(found: Identification) -> dict[str, Any]:
             "readings": len(found.measurements),
         },
         "diagnostics": {
-            "remarks": [worded(doubt) for doubt in doubts(found)],
+            "remarks": [worded(doubt) for doubt in weak],
+            "doubts": doubt_entries(weak),
             "scale_of_noise": found.scale,
             "chi_square": found.chi_square,
             "degrees_of_freedom": found.dof,

@@ -11,6 +11,7 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.compensation.compensate import Compensation
+from elastocal.files.doubt_entries import doubt_entries
 from elastocal.files.paths.orientation_columns import FORMS, Form
 from elastocal.files.paths.path_file import CORRECTED, ToolPath
 from elastocal.files.texts import write_text
@@ -75,6 +76,7 @@ def corrected_document(
             "iterations": int(done.iterations[i]),
             "damped": bool(done.damped[i]),
             "remark": together(done.doubts[i]),
+            "doubts": doubt_entries(done.doubts[i]),
         }
         points.append(point)
     return {
