@@ -21,7 +21,9 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
-StudyPath = Annotated[Path, typer.Argument(help="Study file (YAML).", show_default=False)]
+StudyPath = Annotated[
+    Path, typer.Argument(metavar="study", help="Study file (YAML).", show_default=False)
+]
 Seed = Annotated[int, typer.Option(help="Same seed, same result.", min=0)]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON for programs.")]
 Readings = Annotated[

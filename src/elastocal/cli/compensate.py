@@ -22,7 +22,7 @@ Vector = tuple[float, float, float]
 @app.command("compensate")
 @guarded
 def compensate_command(
-    study: StudyPath,
+    study_file: StudyPath,
     model: Annotated[Path, typer.Argument(help="Compliances (JSON).", show_default=False)],
     path: Annotated[Path, typer.Argument(help="Path (CSV).", show_default=False)],
     out: Annotated[Path, typer.Option("--out", "-o", help="Corrected path to write.")] = Path(
@@ -63,22 +63,22 @@ def compensate_command(
     from elastocal.files.study.study_file import read_study
     from elastocal.terminal.compensations import show_compensation
 
-    given = [study, model, path, *(more or []), *([truth] if truth else [])]
+    given = [study_file, model, path, *(more or []), *([truth] if truth else [])]
     writable(out, *given, suffix=".csv")
     if rule not in RULES:
         raise InputError(f"no rule {rule!r}; there are {', '.join(RULES)}")
-    what = read_study(study)
-    used = tool_called(what, tool)
-    compliances = models_at([model, *(more or [])], what.robot)
+    study = read_study(study_file)
+    used = tool_called(study, tool)
+    compliances = models_at([model, *(more or [])], study.robot)
     wrench = None
     if force_n is not None or torque_nm is not None:
         wrench = np.array([*(force_n or (0.0, 0.0, 0.0)), *(torque_nm or (0.0, 0.0, 0.0))])
-    task = read_path(path, what.robot, used, start_of(what, used, start), wrench)
-    arm = replace(what.arm, springs=compliances.springs, tool=used)
+    task = read_path(path, study.robot, used, start_of(study, used, start), wrench)
+    arm = replace(study.arm, springs=compliances.springs, tool=used)
     done = RULES[rule](arm, compliances, task.cases)
     remaining = None
     if truth is not None:
-        true = read_model(truth, what.robot)
+        true = read_model(truth, study.robot)
         remaining = residual(replace(arm, springs=true.springs), true, done)
     if as_json:
         print_json(corrected_document(done, task, remaining))
@@ -86,7 +86,7 @@ def compensate_command(
         show_compensation(done, task, remaining)
     _refuse(done, task)
     # The program first: it can be refused.
-    files = _program(what, done, task, to, out, given) if to else []
+    files = _program(study, done, task, to, out, given) if to else []
     write_corrected(done, task, out)
     if not as_json:
         print("wrote " + " and ".join(str(file) for file in (out, *files)))

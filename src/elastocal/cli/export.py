@@ -23,8 +23,8 @@ def export_command(
     out: Annotated[
         Path, typer.Option("--out", "-o", help="Folder, or a file whose name is the program's.")
     ] = Path("."),
-    study: Annotated[
-        Path | None, typer.Option(help="Study, if not the one embedded in the plan.")
+    study_file: Annotated[
+        Path | None, typer.Option("--study", help="Study, if not the one embedded in the plan.")
     ] = None,
     home: Annotated[
         str | None,
@@ -55,26 +55,26 @@ def export_command(
     from elastocal.programs.writers import Settings
     from elastocal.terminal.programs import show_program
 
-    what = study_of_plan(plan_file, study)
-    proposal = read_proposal(plan_file, what)
+    study = study_of_plan(plan_file, study_file)
+    proposal = read_proposal(plan_file, study)
     folder, name = _place(out, to)
     program = campaign_program(
-        what,
+        study,
         proposal.load_cases,
         proposal.repeats,
-        name=name or what.name,
-        home=_home(what, home),
+        name=name or study.name,
+        home=_home(study, home),
         approach=Approach(float(np.radians(prebias_deg)), prebias_mm / 1e3, settle_s),
         speed=speed_percent / 100.0,
         digest=_digest(plan_file),
         via=proposal.via,
     )
     settings = Settings(
-        coupling=what.controller,
+        coupling=study.controller,
         external=None if external is None else tuple(external.replace(",", " ").split()),
         trigger=trigger,
     )
-    files = write_program(program, to, settings, folder, name, plan_file, study)
+    files = write_program(program, to, settings, folder, name, plan_file, study_file)
     if as_json:
         print_json({"program": program.name, "files": [str(path) for path in files]})
         return

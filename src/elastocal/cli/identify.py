@@ -26,7 +26,7 @@ from elastocal.identification.choices import LossName, Model, Sigma
 @app.command("identify")
 @guarded
 def identify_command(
-    study: StudyPath,
+    study_file: StudyPath,
     measurements: Readings,
     out: Annotated[Path, typer.Option("--out", "-o", help="Model to write.")] = Path("model.json"),
     model: Annotated[
@@ -55,19 +55,19 @@ def identify_command(
     from elastocal.terminal.measurements import show_remarks
 
     models = [file for file in (mapping, prior, known) if file is not None]
-    writable(out, study, *measurements, *models, suffix=".json")
-    what = read_study(study)
-    data = readings(what, measurements, mapping)
+    writable(out, study_file, *measurements, *models, suffix=".json")
+    study = read_study(study_file)
+    data = readings(study, measurements, mapping)
     if not as_json:  # before the fit: what looks odd explains why a fit fails
         show_remarks(data)
     identification = identify(
-        what.arm,
+        study.arm,
         data,
         Fit(model, sigma, loss, nonnegative, confidence),
-        prior=model_at(prior, what.robot),
-        known=model_at(known, what.robot),
+        prior=model_at(prior, study.robot),
+        known=model_at(known, study.robot),
     )
-    document = write_identification(what, identification, out, prior, known)
+    document = write_identification(study, identification, out, prior, known)
     if as_json:
         print_json(document)
         return
@@ -78,7 +78,7 @@ def identify_command(
 @app.command("validate")
 @guarded
 def validate_command(
-    study: StudyPath,
+    study_file: StudyPath,
     model: Annotated[Path, typer.Argument(help="Model (JSON).", show_default=False)],
     measurements: Readings,
     mapping: Mapping = None,
@@ -99,21 +99,21 @@ def validate_command(
     from elastocal.terminal.identifications import show_validation
     from elastocal.terminal.measurements import show_remarks
 
-    what = read_study(study)
-    data = readings(what, measurements, mapping)
+    study = read_study(study_file)
+    data = readings(study, measurements, mapping)
     if made_from(model, data):
         if not made_with(model, prior, known):
             raise InputError(
                 f"{model}: was fitted to these measurements with a prior or known joints; leaving "
                 "experiments out in turn needs the same --prior and --known"
             )
-        models = model_at(prior, what.robot), model_at(known, what.robot)
-        again = identify(what.arm, data, fit_of(model), prior=models[0], known=models[1])
+        models = model_at(prior, study.robot), model_at(known, study.robot)
+        again = identify(study.arm, data, fit_of(model), prior=models[0], known=models[1])
         validation = leave_one_out(again, confidence=confidence)
     else:
         data = kept_aside(data)
-        given = read_model(model, what.robot)
-        validation = validate(what.arm, given, data, confidence=confidence)
+        given = read_model(model, study.robot)
+        validation = validate(study.arm, given, data, confidence=confidence)
     if as_json:
         print_json(validation_document(validation))
         return

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 @app.command("plan")
 @guarded
 def plan_command(
-    study: StudyPath,
+    study_file: StudyPath,
     out: Annotated[
         Path, typer.Option("--out", "-o", help="Plan to write; the run sheet goes beside it.")
     ] = Path("plan.json"),
@@ -45,12 +45,12 @@ def plan_command(
     from elastocal.files.study.study_file import read_study
     from elastocal.terminal.plans import show_plan
 
-    writable(out, study, suffix=".json")
-    writable(out.with_suffix(".csv"), study)
-    what = read_study(study)
+    writable(out, study_file, suffix=".json")
+    writable(out.with_suffix(".csv"), study_file)
+    study = read_study(study_file)
     if after:
-        what = _rest(what, after)
-    made = planned(_overridden(what, count, max_configurations, criterion), out, seed)
+        study = _rest(study, after)
+    made = planned(_overridden(study, count, max_configurations, criterion), out, seed)
     if as_json:
         print_json(plan_document(made))
         return
@@ -86,7 +86,7 @@ def _overridden(
 @app.command("evaluate")
 @guarded
 def evaluate_command(
-    study: StudyPath,
+    study_file: StudyPath,
     plans: Annotated[
         list[Path], typer.Argument(help="Plans (JSON or CSV), side by side.", show_default=False)
     ],
@@ -107,12 +107,12 @@ def evaluate_command(
     from elastocal.study.study import with_count
     from elastocal.terminal.plans import show_evaluations
 
-    what = read_study(study)
+    study = read_study(study_file)
     results = {}
     bounds: dict[tuple[str, str, int], Bound] = {}
     studies: dict[int, Study] = {}
-    for name, proposal in proposals(plans, what).items():
-        note_origin(name, proposal, what)
+    for name, proposal in proposals(plans, study).items():
+        note_origin(name, proposal, study)
         m, done = proposal.count, proposal.done
         if done is not None:
             print(
@@ -121,7 +121,7 @@ def evaluate_command(
                 file=sys.stderr,
             )
         # A plan is judged by the criterion it was made for.
-        wanted = studies[m] = study_for(proposal, what)
+        wanted = studies[m] = study_for(proposal, study)
         before = "" if done is None else done.sha256
         key = (wanted.criterion, before, m if wanted.prior.any() else 0)
         if key not in bounds:
@@ -140,7 +140,7 @@ def evaluate_command(
     if as_json:
         print_json({name: evaluation_document(result) for name, result in results.items()})
     else:
-        show_evaluations(what, results, rho0)
+        show_evaluations(study, results, rho0)
     _refuse(results)
 
 

@@ -21,8 +21,8 @@ Measured = Annotated[
 def report_command(
     plan_file: Annotated[Path, typer.Argument(metavar="PLAN", help="Plan (JSON).")],
     out: Annotated[Path, typer.Option("--out", "-o", help="Page to write.")] = Path("report.html"),
-    study: Annotated[
-        Path | None, typer.Option(help="Study, if not the one embedded in the plan.")
+    study_file: Annotated[
+        Path | None, typer.Option("--study", help="Study, if not the one embedded in the plan.")
     ] = None,
     vs: Annotated[list[Path] | None, typer.Option(help="Another plan to show beside.")] = None,
     quick: Annotated[
@@ -64,8 +64,8 @@ def report_command(
     files = Files(measurements or [], model, mapping, prior, known, validation or [], path, truth)
     if campaigns is not None and truth is None:
         raise InputError("--campaigns needs --truth: true compliances to simulate with")
-    writable(out, plan_file, *([study] if study else []), *(vs or []), *files.all)
-    given = None if study is None else read_study(study)
+    writable(out, plan_file, *([study_file] if study_file else []), *(vs or []), *files.all)
+    given = None if study_file is None else read_study(study_file)
     with progress("bound") as tell:
         plan = read_plan(plan_file, given, seed=seed, progress=tell)
     proposed = proposals(vs or [], plan.study)

@@ -22,7 +22,7 @@ _FITS, _SIGMAS = " or ".join(get_args(Model)), " or ".join(get_args(Sigma))
 @app.command("simulate")
 @guarded
 def simulate_command(
-    study: StudyPath,
+    study_file: StudyPath,
     plans: Annotated[
         list[Path],
         typer.Argument(help="Plan (JSON or CSV); with --campaigns several.", show_default=False),
@@ -76,25 +76,25 @@ def simulate_command(
     from elastocal.terminal.console import progress
 
     out = out or Path("measurements.csv" if number is None else "campaigns.json")
-    writable(out, study, truth, *plans, suffix=".csv" if number is None else ".json")
-    what = read_study(study)
-    true = read_model(truth, what.robot)
+    writable(out, study_file, truth, *plans, suffix=".csv" if number is None else ".json")
+    study = read_study(study_file)
+    true = read_model(truth, study.robot)
     reality = Reality(
         LoadError(load_error_percent / 100.0, float(np.radians(load_direction_deg))),
         Outliers(outliers_percent / 100.0, outlier_mm / 1e3),
         linear,
     )
     if number is None:
-        plan = only_proposal(plans, what)
+        plan = only_proposal(plans, study)
         rng = np.random.default_rng(seed)
-        made = simulate(what, true, plan.load_cases, plan.repeats, rng, reality=reality)
-        write_measurements(made, what.robot, out)
+        made = simulate(study, true, plan.load_cases, plan.repeats, rng, reality=reality)
+        write_measurements(made, study.robot, out)
         _say_measurements(made, out, as_json)
         return
-    named = {name: (p.load_cases, p.repeats) for name, p in proposals(plans, what).items()}
+    named = {name: (p.load_cases, p.repeats) for name, p in proposals(plans, study).items()}
     with progress("campaigns") as tell:
         found = campaigns(
-            what,
+            study,
             true,
             named,
             number,
@@ -104,8 +104,8 @@ def simulate_command(
             reality=reality,
             progress=tell,
         )
-    write_campaigns(found, what.springs, out)
-    _say_campaigns(found, what, out, as_json)
+    write_campaigns(found, study.springs, out)
+    _say_campaigns(found, study, out, as_json)
 
 
 def _say_measurements(made: Measurements, out: Path, as_json: bool) -> None:

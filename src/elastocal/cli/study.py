@@ -40,7 +40,7 @@ def init_command(
 @app.command("check")
 @guarded
 def check_command(
-    study: StudyPath,
+    study_file: StudyPath,
     picture: Annotated[
         Path | None, typer.Option(help="Draw the robot to this file (.svg or .html).")
     ] = None,
@@ -56,7 +56,7 @@ def check_command(
     if mapping is not None and not measurements:
         raise InputError("--mapping needs --measurements")
     if measurements:
-        _check_measurements(study, measurements, mapping, as_json)
+        _check_measurements(study_file, measurements, mapping, as_json)
         return
     from elastocal.files.doubt_entries import doubt_entries
     from elastocal.files.study.study_file import read_study
@@ -64,13 +64,13 @@ def check_command(
     from elastocal.wording import worded
 
     if picture is not None:
-        writable(picture, study)
+        writable(picture, study_file)
         if picture.suffix.lower() not in (".svg", ".html"):
             raise InputError(f"{picture}: expected a name that ends in .svg or .html")
-    what = read_study(study)
+    study = read_study(study_file)
     if picture is not None:
-        _draw(what, picture)
-    found = check(what)
+        _draw(study, picture)
+    found = check(study)
     if as_json:
         print_json(
             {
@@ -78,9 +78,9 @@ def check_command(
                 "feasible_share": found.feasible_share,
                 "seen_share": dict(found.seen),
                 "bottleneck": found.bottleneck,
-                "remarks": [*what.robot.remarks, *map(worded, found.doubts)],
+                "remarks": [*study.robot.remarks, *map(worded, found.doubts)],
                 "doubts": doubt_entries(found.doubts),
-                "check_poses": _pose_deviations(what, found),
+                "check_poses": _pose_deviations(study, found),
                 "unwatched_contacts": [worded(contacts) for contacts in found.unwatched],
                 "problem": None if found.problem is None else str(found.problem),
             }
@@ -88,7 +88,7 @@ def check_command(
     else:
         from elastocal.terminal.studies import show_check
 
-        show_check(what, found)
+        show_check(study, found)
     if picture is not None and not as_json:
         print(f"wrote {picture}")
     if found.problem is not None:
@@ -96,7 +96,7 @@ def check_command(
 
 
 def _check_measurements(
-    study: Path, paths: list[Path], mapping: Path | None, as_json: bool
+    study_file: Path, paths: list[Path], mapping: Path | None, as_json: bool
 ) -> None:
     """Say what was understood of measurement files."""
     from elastocal.files.doubt_entries import doubt_entries
@@ -104,8 +104,8 @@ def _check_measurements(
     from elastocal.files.study.study_file import read_study
     from elastocal.wording import worded
 
-    what = read_study(study)
-    found = read_measurements(paths, what, mapping)
+    study = read_study(study_file)
+    found = read_measurements(paths, study, mapping)
     if as_json:
         import numpy as np
 
@@ -124,7 +124,7 @@ def _check_measurements(
         return
     from elastocal.terminal.measurements import show_measurements
 
-    show_measurements(found, what.robot)
+    show_measurements(found, study.robot)
 
 
 def _draw(study: Study, path: Path) -> None:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 @app.command("view")
 @guarded
 def view_command(
-    study: StudyPath,
+    study_file: StudyPath,
     plan: Annotated[
         Path | None, typer.Option(help="Plan to step through (JSON or CSV).", show_default=False)
     ] = None,
@@ -39,12 +39,12 @@ def view_command(
 
     viser_module()
     check_port(port)
-    shown = _subject(read_study(study), plan)
+    shown = _subject(read_study(study_file), plan)
     if model:
         shown = replace(shown, model=models_at(model, shown.study.robot))
 
     def ready(address: str) -> None:
-        print(f"showing {study} at {address} (this machine only); Ctrl-C to stop", flush=True)
+        print(f"showing {study_file} at {address} (this machine only); Ctrl-C to stop", flush=True)
         if not no_browser:
             import webbrowser
 
