@@ -11,6 +11,7 @@ import re
 from pathlib import Path
 
 import elastocal
+from elastocal.cli import FAMILIES
 from tests.test_examples import ROOT
 
 SOURCE = Path(elastocal.__file__).parent
@@ -113,6 +114,12 @@ def test_no_files_import_each_other_in_a_circle() -> None:
         for name in ready:
             del left[name]
     assert not left, f"among {', '.join(sorted(left))}"
+
+
+def test_commands_do_not_import_each_other() -> None:
+    commands = {f"elastocal.cli.{family}" for family in FAMILIES}
+    for name in commands:
+        assert not imports(BY_NAME[name]) & commands - {name}
 
 
 def test_the_documented_rooms_are_these() -> None:

@@ -93,7 +93,7 @@ def simulate_command(
         return
     named = {name: (p.load_cases, p.repeats) for name, p in proposals(plans, study).items()}
     with progress("campaigns") as tell:
-        found = campaigns(
+        result = campaigns(
             study,
             true,
             named,
@@ -104,8 +104,8 @@ def simulate_command(
             reality=reality,
             progress=tell,
         )
-    write_campaigns(found, study.springs, out)
-    _say_campaigns(found, study, out, as_json)
+    write_campaigns(result, study.springs, out)
+    _say_campaigns(result, study, out, as_json)
 
 
 def _say_measurements(made: Measurements, out: Path, as_json: bool) -> None:
@@ -129,13 +129,13 @@ def _say_measurements(made: Measurements, out: Path, as_json: bool) -> None:
         )
 
 
-def _say_campaigns(found: MonteCarlo, study: Study, out: Path, as_json: bool) -> None:
+def _say_campaigns(result: MonteCarlo, study: Study, out: Path, as_json: bool) -> None:
     """What many of them came to."""
     from elastocal.files.models.campaign_file import campaigns_document
     from elastocal.terminal.campaigns import show_campaigns
 
     if as_json:
-        print_json(campaigns_document(found, study.springs))
+        print_json(campaigns_document(result, study.springs))
         return
-    show_campaigns(found)
+    show_campaigns(result)
     print(f"wrote {out}")

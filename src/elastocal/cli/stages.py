@@ -52,13 +52,13 @@ def write_identification(
 def stages(study: Study, files: Files, tool: str | None, confidence: float) -> Contents:
     """Identification, validation and compensation: recomputed from the files, not read of them."""
     truth, model = model_at(files.truth, study.robot), model_at(files.model, study.robot)
-    found = _identified(study, files, model, confidence)
+    fitted = _identified(study, files, model, confidence)
     known = model_at(files.known, study.robot)
-    model = found.model if found is not None else _with(model, known)
+    model = fitted.model if fitted is not None else _with(model, known)
     contents = Contents(
-        identification=found,
+        identification=fitted,
         references=_references(study, files),
-        validation=_validated(study, files, model, found, confidence),
+        validation=_validated(study, files, model, fitted, confidence),
     )
     if files.path is None:
         return contents
@@ -86,27 +86,27 @@ def _identified(
     data = readings(study, files.measurements, files.mapping)
     how = fit_of(files.model, confidence)
     prior, known = model_at(files.prior, study.robot), model_at(files.known, study.robot)
-    found = identify(study.arm, data, how, prior=prior, known=known)
+    fitted = identify(study.arm, data, how, prior=prior, known=known)
     if model is not None:
-        _refuse_another(model, found, files)
-    return found
+        _refuse_another(model, fitted, files)
+    return fitted
 
 
-def _refuse_another(model: ComplianceModel, found: Identification, files: Files) -> None:
+def _refuse_another(model: ComplianceModel, fitted: Identification, files: Files) -> None:
     """Refuse a model that is not the one found."""
-    missing = [name for name in found.identified if name not in model.names]
+    missing = [name for name in fitted.identified if name not in model.names]
     if missing:
         raise InputError(
             f"{files.model}: has no compliance of {', '.join(missing)}, which the study identifies"
         )
-    given = model.of(found.identified)
-    off = np.abs(given - found.compliance)
-    if (off > _SAME * np.maximum(found.standard_error, 1e-6 * np.abs(found.compliance))).any():
-        worst = int(np.argmax(off / np.maximum(np.abs(found.compliance), 1e-300)))
+    given = model.of(fitted.identified)
+    off = np.abs(given - fitted.compliance)
+    if (off > _SAME * np.maximum(fitted.standard_error, 1e-6 * np.abs(fitted.compliance))).any():
+        worst = int(np.argmax(off / np.maximum(np.abs(fitted.compliance), 1e-300)))
         raise InputError(
-            f"{files.model}: is not the model that {found.measurements.source} gives; "
-            f"{found.identified[worst]} is {given[worst]:.6g} there and "
-            f"{found.compliance[worst]:.6g} from these measurements; name the measurements, "
+            f"{files.model}: is not the model that {fitted.measurements.source} gives; "
+            f"{fitted.identified[worst]} is {given[worst]:.6g} there and "
+            f"{fitted.compliance[worst]:.6g} from these measurements; name the measurements, "
             "--prior and --known it was made from"
         )
 
@@ -123,19 +123,19 @@ def _validated(
     study: Study,
     files: Files,
     model: ComplianceModel | None,
-    found: Identification | None,
+    fitted: Identification | None,
     confidence: float,
 ) -> Validation | None:
     """On what was kept aside, else each experiment left out in turn."""
     if not files.validation:
-        return None if found is None else leave_one_out(found, confidence=confidence)
+        return None if fitted is None else leave_one_out(fitted, confidence=confidence)
     if model is None:
         raise InputError(
             f"{files.validation[0]}: validation needs --measurements or --model, to have something "
             "to validate"
         )
     kept = kept_aside(readings(study, files.validation, files.mapping))
-    if found is not None and kept.sha256 and kept.sha256 == found.measurements.sha256:
+    if fitted is not None and kept.sha256 and kept.sha256 == fitted.measurements.sha256:
         raise InputError(
             f"{files.validation[0]}: these are the measurements the model was made from; leave "
             "--validation out, then every experiment is left out in turn"

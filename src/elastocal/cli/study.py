@@ -70,29 +70,29 @@ def check_command(
     study = read_study(study_file)
     if picture is not None:
         _draw(study, picture)
-    found = check(study)
+    checkup = check(study)
     if as_json:
         print_json(
             {
-                "reach_mm": 1e3 * found.reach,
-                "feasible_share": found.feasible_share,
-                "seen_share": dict(found.seen),
-                "bottleneck": found.bottleneck,
-                "remarks": [*study.robot.remarks, *map(worded, found.doubts)],
-                "doubts": doubt_entries(found.doubts),
-                "check_poses": _pose_deviations(study, found),
-                "unwatched_contacts": [worded(contacts) for contacts in found.unwatched],
-                "problem": None if found.problem is None else str(found.problem),
+                "reach_mm": 1e3 * checkup.reach,
+                "feasible_share": checkup.feasible_share,
+                "seen_share": dict(checkup.seen),
+                "bottleneck": checkup.bottleneck,
+                "remarks": [*study.robot.remarks, *map(worded, checkup.doubts)],
+                "doubts": doubt_entries(checkup.doubts),
+                "check_poses": _pose_deviations(study, checkup),
+                "unwatched_contacts": [worded(contacts) for contacts in checkup.unwatched],
+                "problem": None if checkup.problem is None else str(checkup.problem),
             }
         )
     else:
         from elastocal.terminal.studies import show_check
 
-        show_check(study, found)
+        show_check(study, checkup)
     if picture is not None and not as_json:
         print(f"wrote {picture}")
-    if found.problem is not None:
-        raise found.problem
+    if checkup.problem is not None:
+        raise checkup.problem
 
 
 def _check_measurements(
@@ -105,26 +105,26 @@ def _check_measurements(
     from elastocal.wording import worded
 
     study = read_study(study_file)
-    found = read_measurements(paths, study, mapping)
+    data = read_measurements(paths, study, mapping)
     if as_json:
         import numpy as np
 
-        largest = np.linalg.norm(found.deflection, axis=1).max(initial=0.0)
+        largest = np.linalg.norm(data.deflection, axis=1).max(initial=0.0)
         print_json(
             {
-                "experiments": len(found.cases),
-                "readings": len(found),
-                "own_uncertainty": found.own_uncertainty,
+                "experiments": len(data.cases),
+                "readings": len(data),
+                "own_uncertainty": data.own_uncertainty,
                 "largest_deflection_mm": 1e3 * float(largest),
-                "sha256": found.sha256,
-                "remarks": [*found.remarks, *map(worded, found.doubts)],
-                "doubts": doubt_entries(found.doubts),
+                "sha256": data.sha256,
+                "remarks": [*data.remarks, *map(worded, data.doubts)],
+                "doubts": doubt_entries(data.doubts),
             }
         )
         return
     from elastocal.terminal.measurements import show_measurements
 
-    show_measurements(found, study.robot)
+    show_measurements(data, study.robot)
 
 
 def _draw(study: Study, path: Path) -> None:
@@ -136,11 +136,11 @@ def _draw(study: Study, path: Path) -> None:
     write_text(path, drawn(study))
 
 
-def _pose_deviations(study: Study, found: Checkup) -> dict[str, float]:
+def _pose_deviations(study: Study, checkup: Checkup) -> dict[str, float]:
     """How far the model is off in each check pose [mm], by its name."""
     import numpy as np
 
-    if found.poses is None:
+    if checkup.poses is None:
         return {}
-    sizes = 1e3 * np.linalg.norm(found.poses.deviations, axis=1)
+    sizes = 1e3 * np.linalg.norm(checkup.poses.deviations, axis=1)
     return {p.name: float(size) for p, size in zip(study.known_poses, sizes, strict=True)}
