@@ -279,12 +279,6 @@ def test_a_long_row_of_digits_is_refused_at_once() -> None:
         read(edited('xyz="0.5 0 0"', f'xyz="{"1" * 1_000_000}x 0 0"'))
 
 
-def test_without_the_package_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(__import__("sys").modules, "yourdfpy", None)
-    with pytest.raises(InputError, match=r"pip install 'elastocal\[urdf\]'"):
-        read(GOOD)
-
-
 def sound(robot: Robot) -> bool:
     """Whether the robot can be placed."""
     return bool(np.isfinite(forward_kinematics(robot, np.zeros((1, len(robot.joints))))).all())

@@ -6,11 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yourdfpy
 
 from elastocal.arrays import Array
 from elastocal.robot.chain import Robot
 from elastocal.robot.posture import Posture, forward_kinematics, jacobian
 from elastocal.robot.sources import from_urdf, kuka_kr270
+from elastocal.robot.sources.urdf_elements import read_elements
 from tests.robot.sources.oracle import OWN, UrdfOracle, zoo
 
 ENDS = {
@@ -40,6 +42,20 @@ def configurations(robot: Robot, count: int) -> Array:
     low = np.where(np.isfinite(robot.lower), robot.lower, -np.pi)
     high = np.where(np.isfinite(robot.upper), robot.upper, np.pi)
     return rng.uniform(low, high, (count, len(robot.joints)))
+
+
+@pytest.mark.parametrize("path", dict.fromkeys(path for path, *_ in CASES), ids=lambda p: p.stem)
+def test_elements_are_those_of_yourdfpy(path: Path) -> None:
+    theirs = yourdfpy.URDF.load(
+        path, build_scene_graph=False, load_meshes=False, load_collision_meshes=False
+    ).robot
+    ours = read_elements(path.read_bytes(), path.name)
+    assert [link.name for link in ours.links] == [link.name for link in theirs.links]
+    for joint, other in zip(ours.joints, theirs.joints, strict=True):
+        assert (joint.name, joint.parent, joint.child) == (other.name, other.parent, other.child)
+        pose = np.eye(4) if other.origin is None else other.origin
+        np.testing.assert_array_equal(joint.T_parent_child, pose)
+        np.testing.assert_array_equal(joint.axis, other.axis)
 
 
 def test_the_examples_are_all_compared() -> None:

@@ -1,4 +1,4 @@
-"""Robots from URDF files, through yourdfpy.
+"""Robots from URDF files.
 
 In: a file, the names of base and tip. Out: a `Robot`: the actuated joints between them by name,
 fixed joints folded, masses and shapes of everything that hangs on them. Meshes are not opened.
@@ -7,11 +7,9 @@ fixed joints folded, masses and shapes of everything that hangs on them. Meshes 
 from __future__ import annotations
 
 import hashlib
-import io
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -21,7 +19,7 @@ from elastocal.robot.chain import Joint, Robot, T_body_joint
 from elastocal.robot.joint_kinds import KINDS, PRISMATIC, kind_of
 from elastocal.robot.shapes import BodyMass, Shape
 from elastocal.robot.sources.mesh_files import MeshFiles
-from elastocal.robot.sources.urdf_text import UrdfText, checked
+from elastocal.robot.sources.urdf_elements import Urdf, UrdfJoint, read_elements
 from elastocal.robot.sources.urdf_tree import Tree
 
 LARGEST = 10 * 1024 * 1024  # bytes of a robot file; meshes are in files of their own
@@ -72,18 +70,17 @@ def parse_urdf(
     limits: Limits | None = None,
 ) -> Robot:
     """Robot of the text of a URDF; `where` names the file in messages. See `from_urdf`."""
-    text = checked(data, where)
-    model = _model(text.data)
-    tree = Tree([link.name for link in model.links], model.joints, where)
+    urdf = read_elements(data, where)
+    tree = Tree([link.name for link in urdf.links], urdf.joints, where)
     base_link = tree.base(base)
     tip_link = tree.tip(base_link, tip)
     chain = tree.chain(base_link, tip_link)
-    remarks = list(text.remarks)
-    robot, place = _robot(text, chain, base_link, limits or {}, remarks)
-    carried = tree.carried(chain, base_link, _held)
-    masses, visuals, collisions = _hanging(robot, model, place, carried, meshes)
+    remarks = list(urdf.remarks)
+    robot, place = _robot(urdf, chain, base_link, limits or {}, remarks)
+    carried = tree.carried(chain, base_link)
+    masses, visuals, collisions = _hanging(robot, urdf, place, carried, meshes)
     path_names = {joint.name for joint in chain}
-    idle = [j.name for j in model.joints if j.type != "fixed" and j.name not in path_names]
+    idle = [j.name for j in urdf.joints if j.type != "fixed" and j.name not in path_names]
     if idle:
         remarks.append(
             f"{', '.join(idle[:6])}{' and others' if len(idle) > 6 else ''}: not between "
@@ -91,7 +88,7 @@ def parse_urdf(
         )
     return replace(
         robot,
-        name=text.name or Path(where).stem,
+        name=urdf.name or Path(where).stem,
         masses=tuple(masses),
         visuals=tuple(visuals),
         collisions=tuple(collisions),
@@ -114,73 +111,53 @@ def _read(path: Path) -> bytes:
         raise InputError(f"{path}: cannot be read ({error})") from None
 
 
-def _model(data: bytes) -> Any:
-    """The model that yourdfpy makes of a checked text."""
-    try:
-        import yourdfpy
-    except ImportError:
-        raise InputError(
-            "URDF files are read with the package yourdfpy, which is not installed; "
-            "pip install 'elastocal[urdf]'"
-        ) from None
-    loaded = yourdfpy.URDF.load(
-        io.BytesIO(data),
-        build_scene_graph=False,
-        build_collision_scene_graph=False,
-        load_meshes=False,
-        load_collision_meshes=False,
-    )
-    return loaded.robot
-
-
 def _robot(
-    text: UrdfText, chain: list[Any], base: str, limits: Limits, remarks: list[str]
+    urdf: Urdf, chain: list[UrdfJoint], base: str, limits: Limits, remarks: list[str]
 ) -> tuple[Robot, dict[str, tuple[int, Array]]]:
     """The chain as a robot, and (body, T_joint_link) of every link of it."""
     joints: list[Joint] = []
     T = np.eye(4)
     place = {base: (0, T)}
     for joint in chain:
-        T = T @ _origin(joint)
+        T = T @ joint.T_parent_child
         if joint.type != "fixed":
-            lower, upper = _limits(text, joint, limits, remarks)
-            axis = _axis(text, joint, remarks)
+            lower, upper = _limits(joint, limits, remarks)
+            axis = _axis(joint, remarks)
             joints.append(Joint(joint.name, T, axis, joint.type == PRISMATIC.name, lower, upper))
             T = np.eye(4)
         place[joint.child] = (len(joints), T)
     unknown = [name for name in limits if name not in {joint.name for joint in joints}]
     if unknown:
         names = ", ".join(joint.name for joint in joints)
-        raise InputError(f"{text.where}: no joint {unknown[0]!r} to limit; the joints are {names}")
+        raise InputError(f"{urdf.where}: no joint {unknown[0]!r} to limit; the joints are {names}")
     if not joints:
         raise InputError(
-            f"{text.where}: no joint moves between base {base!r} and tip "
+            f"{urdf.where}: no joint moves between base {base!r} and tip "
             f"{chain[-1].child if chain else base!r}"
         )
     reach = sum(float(np.linalg.norm(joint.T_parent_joint[:3, 3])) for joint in joints)
     reach += float(np.linalg.norm(T[:3, 3]))
     if reach > _LONGEST_REACH:
         raise InputError(
-            f"{text.where}: the chain is {reach:.6g} m long; URDF is in metres, were millimetres "
+            f"{urdf.where}: the chain is {reach:.6g} m long; URDF is in metres, were millimetres "
             "meant?"
         )
-    return Robot(text.name, tuple(joints), T), place
+    return Robot(urdf.name, tuple(joints), T), place
 
 
-def _axis(text: UrdfText, joint: Any, remarks: list[str]) -> Array:
+def _axis(joint: UrdfJoint, remarks: list[str]) -> Array:
     """The axis of a joint of the chain, which must be one this program can treat."""
-    at = text.at(joint.name)
+    at, axis = joint.at, joint.axis
     if joint.type in ("floating", "planar"):
         raise InputError(
             f"{at} is {joint.type} and stands between base and tip; choose as 'base' the link "
             f"behind it, {joint.child!r}"
         )
-    if joint.name in text.mimics:
+    if joint.follows:
         raise InputError(
-            f"{at} follows joint {text.mimics[joint.name]!r} (mimic); joints between base and tip "
+            f"{at} follows joint {joint.follows!r} (mimic); joints between base and tip "
             "must move on their own"
         )
-    axis = np.asarray(joint.axis, dtype=float)
     length = float(np.linalg.norm(axis))
     if length < 1e-6:
         raise InputError(
@@ -191,14 +168,13 @@ def _axis(text: UrdfText, joint: Any, remarks: list[str]) -> Array:
     return axis
 
 
-def _limits(text: UrdfText, joint: Any, limits: Limits, remarks: list[str]) -> tuple[float, float]:
+def _limits(joint: UrdfJoint, limits: Limits, remarks: list[str]) -> tuple[float, float]:
     """Limits of a joint of the chain [rad or m]."""
     if joint.name in limits:
         return limits[joint.name]
-    at = text.at(joint.name)
+    at, lower, upper = joint.at, joint.lower, joint.upper
     slides = joint.type == PRISMATIC.name
     mend = f"mend the file, or give limits_{kind_of(slides).key} beside it"
-    lower, upper = (None, None) if joint.limit is None else (joint.limit.lower, joint.limit.upper)
     if joint.type not in [kind.name for kind in KINDS]:
         return -np.inf, np.inf
     if lower is None or upper is None:
@@ -226,57 +202,26 @@ def _limits(text: UrdfText, joint: Any, limits: Limits, remarks: list[str]) -> t
 
 def _hanging(
     robot: Robot,
-    model: Any,
+    urdf: Urdf,
     place: dict[str, tuple[int, Array]],
     carried: dict[str, tuple[str, Array]],
     meshes: MeshFiles,
 ) -> tuple[list[BodyMass], list[Shape], list[Shape]]:
     """Masses, visuals and collision shapes in the frames of their bodies."""
-    palette = {m.name: m.color for m in model.materials if m.name and m.color is not None}
     masses: list[BodyMass] = []
-    shapes: dict[str, list[Shape]] = {"visuals": [], "collisions": []}
-    for link in model.links:
+    shapes: dict[str, list[Shape]] = {"visual": [], "collision": []}
+    for link in urdf.links:
         if link.name not in carried:
             continue
         carrier, T_carrier_link = carried[link.name]
         body, T_joint_carrier = place[carrier]
         T_body_link = T_body_joint(robot, body) @ T_joint_carrier @ T_carrier_link
-        if link.inertial is not None and link.inertial.mass > 0.0:
-            center = (T_body_link @ _origin(link.inertial))[:3, 3]
-            masses.append(BodyMass(body, link.inertial.mass, center, link.name))
-        for key, found in shapes.items():
-            for solid in getattr(link, key):
-                pose = T_body_link @ _origin(solid)
-                found.append(_shape(solid, pose, body, link.name, palette, meshes))
-    return masses, shapes["visuals"], shapes["collisions"]
-
-
-def _shape(
-    solid: Any, pose: Array, body: int, name: str, palette: Mapping[str, Any], meshes: MeshFiles
-) -> Shape:
-    geometry = solid.geometry
-    material = getattr(solid, "material", None)
-    color = None if material is None else material.color or palette.get(material.name)
-    rgba = () if color is None else tuple(float(value) for value in color.rgba)
-    if geometry.mesh is not None:
-        scale = np.ones(3) if geometry.mesh.scale is None else geometry.mesh.scale
-        reference = geometry.mesh.filename
-        path = meshes.find(reference)
-        return Shape("mesh", scale, pose, body, name, path, reference, rgba)
-    if geometry.box is not None:
-        size = geometry.box.size
-    elif geometry.sphere is not None:
-        size = np.array([geometry.sphere.radius])
-    else:
-        size = np.array([geometry.cylinder.radius, geometry.cylinder.length])
-    return Shape(solid.name, size, pose, body, name, color=rgba)
-
-
-def _origin(element: Any) -> Array:
-    """(4, 4) pose of an element, the identity if it has none."""
-    return np.eye(4) if element.origin is None else np.asarray(element.origin, dtype=float)
-
-
-def _held(joint: Any) -> Array:
-    """(4, 4) pose of the child link of a joint off the chain, held at zero."""
-    return _origin(joint)
+        if link.mass > 0.0:
+            center = (T_body_link @ link.T_link_mass)[:3, 3]
+            masses.append(BodyMass(body, link.mass, center, link.name))
+        for kind, carried_shapes in shapes.items():
+            for shape in link.shapes[kind]:
+                file = meshes.find(shape.source) if shape.kind == "mesh" else None
+                pose = T_body_link @ shape.pose
+                carried_shapes.append(replace(shape, pose=pose, body=body, mesh=file))
+    return masses, shapes["visual"], shapes["collision"]

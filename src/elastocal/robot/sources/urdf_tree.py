@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.errors import InputError
+from elastocal.robot.sources.urdf_elements import UrdfJoint
 
 _SHOWN = 6
 
@@ -27,7 +27,7 @@ class Tree:
         child_joints: The joints below a link.
     """
 
-    def __init__(self, links: Sequence[str], joints: Sequence[Any], where: str) -> None:
+    def __init__(self, links: Sequence[str], joints: Sequence[UrdfJoint], where: str) -> None:
         """Take links and joints of which every link has one parent at most.
 
         Raises:
@@ -35,7 +35,7 @@ class Tree:
         """
         self.links, self.where = list(links), where
         self.parent_joint = {joint.child: joint for joint in joints}
-        self.child_joints: dict[str, list[Any]] = {link: [] for link in links}
+        self.child_joints: dict[str, list[UrdfJoint]] = {link: [] for link in links}
         for joint in joints:
             self.child_joints[joint.parent].append(joint)
         hanging = set()
@@ -83,7 +83,7 @@ class Tree:
             )
         return ends[0]
 
-    def chain(self, base: str, tip: str) -> list[Any]:
+    def chain(self, base: str, tip: str) -> list[UrdfJoint]:
         """The joints from base to tip."""
         found = []
         link = tip
@@ -94,10 +94,10 @@ class Tree:
             link = found[-1].parent
         return found[::-1]
 
-    def carried(self, chain: Sequence[Any], base: str, held: Any) -> dict[str, tuple[str, Array]]:
+    def carried(self, chain: Sequence[UrdfJoint], base: str) -> dict[str, tuple[str, Array]]:
         """Which link of the chain carries each link, and T_carrier_link (4, 4) [m].
 
-        Joints off the chain are held where `held(joint)`, (4, 4), puts them. Links that no joint
+        Joints off the chain are held at zero. Links that no joint
         connects to the chain are left out.
         """
         own = {base, *(joint.child for joint in chain)}
@@ -110,7 +110,9 @@ class Tree:
                 around.append((self.parent_joint[link], self.parent_joint[link].parent))
             for joint, other in around:
                 if other not in found:
-                    T = held(joint) if other == joint.child else np.linalg.inv(held(joint))
+                    T = joint.T_parent_child
+                    if other == joint.parent:
+                        T = np.asarray(np.linalg.inv(T), dtype=float)
                     found[other] = (carrier, T_carrier_link @ T)
                     todo.append(other)
         return found

@@ -20,19 +20,23 @@ class Node:
 
     Attributes:
         tag: Its name, with prefix.
-        line: Line in the file, from 1.
+        place: "arm.urdf, line 12", for messages.
         attributes: Attributes by name.
         children: Elements inside, in order; text is left out.
     """
 
     tag: str
-    line: int
+    place: str
     attributes: dict[str, str] = field(default_factory=dict)
     children: list[Node] = field(default_factory=list)
 
     def all(self, tag: str) -> list[Node]:
         """Children called `tag`."""
         return [child for child in self.children if child.tag == tag]
+
+    def error(self, message: str) -> InputError:
+        """An error that says where it is."""
+        return InputError(f"{self.place}: {message}")
 
 
 def parse_xml(data: bytes, where: str) -> Node:
@@ -83,7 +87,7 @@ class _Builder:
             self.refuse(line, f"more than {_MOST} elements")
         if len(self.open) >= _DEEPEST:
             self.refuse(line, f"elements are nested more than {_DEEPEST} deep")
-        node = Node(tag, line, attributes)
+        node = Node(tag, f"{self.where}, line {line}", attributes)
         if self.open:
             self.open[-1].children.append(node)
         else:
