@@ -16,6 +16,7 @@ import elastocal as ec
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.springs import joint_springs, subset
 from elastocal.errors import IdentifiabilityError, InputError
+from elastocal.fitting.least_squares import one_of
 from elastocal.identification.batch import Design, fit_all
 from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
@@ -68,16 +69,14 @@ def test_the_batch_is_the_same_estimator_as_identify(study: Study, how: Fit) -> 
         np.unique(case, return_index=True)[1]
     ]
     arm = replace(study.arm, springs=TRUTH.springs)
-    design = Design(
-        arm, np.arange(1, 6), TRUTH.compliance, cases, case, covariance, how.model == "equilibrium"
-    )
+    design = Design(arm, np.arange(1, 6), TRUTH.compliance, cases, case, covariance, how.linear)
     found = fit_all(design, readings)
     for i, measurements in enumerate(made):
         one = identify(study.arm, measurements, how, known=TRUTH)
         np.testing.assert_allclose(found.compliance[i], one.compliance, rtol=1e-10)
         np.testing.assert_allclose(found.chi_square[i], one.chi_square, rtol=1e-9)
         variance = found.chi_square[i] / design.dof if how.sigma == "estimated" else 1.0
-        error = np.sqrt(variance * np.diagonal(found.covariance[i]))
+        error = np.sqrt(variance * np.diagonal(one_of(found.covariance, i)))
         np.testing.assert_allclose(error, one.standard_error, rtol=1e-8)
         assert design.dof == one.dof
 
@@ -164,7 +163,7 @@ def test_columns_of_very_different_size() -> None:
                 for _ in range(3)]  # fmt: skip
         readings = np.array([m.deflection.reshape(5, 2, 3) for m in made])
         covariance = made[0].covariance.reshape(5, 2, 3, 3)
-        design = Design(arm, np.arange(3), np.zeros(3), cases, np.arange(5), covariance, not linear)
+        design = Design(arm, np.arange(3), np.zeros(3), cases, np.arange(5), covariance, linear)
         batch = fit_all(design, readings)
         how = Fit(model="linear" if linear else "equilibrium")
         single = [identify(arm, m, how) for m in made]

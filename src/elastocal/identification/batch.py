@@ -1,9 +1,8 @@
-"""Many campaigns at once: the estimates of `identify` for a batch of readings of one plan.
+"""Many campaigns of one plan: the estimates of `identify` without diagnostics.
 
-In: elastic arm, load cases, readings of C campaigns. Out: C estimates with their standard errors.
-It is the same weighted least squares by the same Gauss-Newton iteration, without diagnostics:
-what differs between campaigns is the right-hand side, so that one regressor serves all of them, and
-the linearised equilibria of all campaigns are one batch.
+In: a problem, readings of C campaigns that repeat its load cases. Out: C estimates with their
+standard errors. What differs between campaigns is what was read, so that one regressor serves all
+of them, and the linearised equilibria of all campaigns are one batch.
 """
 
 from __future__ import annotations
@@ -14,13 +13,10 @@ import numpy as np
 
 from elastocal.arrays import Array, IntArray
 from elastocal.elastic.arm import ElasticArm
-from elastocal.elastic.equilibrium import linearise, markers_at
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.elastic.regressor import regressor
 from elastocal.errors import InputError
-
-_MOST_STEPS = 60
-_AT_REST = 1e-7  # step over the standard errors, as in `identify`
+from elastocal.fitting.robust import Squares
+from elastocal.identification.gauss_newton import Problem, solve_equilibrium, solve_linear
 
 
 @dataclass(frozen=True)
@@ -34,7 +30,7 @@ class Design:
         cases: S load cases, as recorded.
         case: (N,) load case of each experiment.
         covariance: (S, K, 3, 3) of the readings [m²].
-        equilibrium: Whether the model is the nonlinear equilibrium, or else the regressor.
+        linear: Whether the model is the regressor, or else the nonlinear equilibrium.
     """
 
     arm: ElasticArm
@@ -43,12 +39,32 @@ class Design:
     cases: LoadCases
     case: IntArray
     covariance: Array
-    equilibrium: bool
+    linear: bool
 
     @property
     def dof(self) -> int:
         """Degrees of freedom of the residuals."""
         return 3 * len(self.case) * len(self.arm.tool.markers) - len(self.free)
+
+    @property
+    def repeats(self) -> IntArray:
+        """(S,) how often each load case is measured."""
+        return np.bincount(self.case, minlength=len(self.cases))
+
+    def problem(self, mean: Array) -> Problem:
+        """To fit (C, S, K, 3) means over the repeats of each load case [m]."""
+        count, free = mean.shape[1] * mean.shape[2], len(self.free)
+        return Problem(
+            arm=self.arm,
+            free=self.free,
+            start=self.start,
+            cases=self.cases,
+            marker=np.arange(count),
+            deflection=mean.reshape(len(mean), count, 3),
+            covariance=(self.covariance / self.repeats[:, None, None, None]).reshape(count, 3, 3),
+            extra_rows=np.zeros((0, free)),
+            extra_values=np.zeros(0),
+        )
 
 
 @dataclass(frozen=True)
@@ -57,7 +73,7 @@ class Estimates:
 
     Attributes:
         compliance: (C, p) estimates [rad/(N·m) or m/N].
-        covariance: (C, p, p) for the noise that the covariances of the readings promise.
+        covariance: (C or 1, p, p) for the noise that the covariances of the readings promise.
         chi_square: (C,) sums of the squared residuals over their variances.
     """
 
@@ -81,100 +97,28 @@ def fit_all(design: Design, readings: Array) -> Estimates:
 
     Source: paper eqs. (6), (9), (13); the batch is ours.
     """
-    count, markers = len(readings), readings.shape[2]
-    whitener = np.linalg.inv(np.linalg.cholesky(design.covariance))  # (S, K, 3, 3)
-    repeats = np.bincount(design.case, minlength=len(design.cases))
-    white = np.einsum("nkij,cnkj->cnki", whitener[design.case], readings)
-    share = np.zeros((len(repeats), len(design.case)))
-    share[design.case, np.arange(len(design.case))] = 1.0 / repeats[design.case]
-    mean = (share @ white.reshape(count, len(design.case), -1)).reshape(count, -1, markers, 3)
-    scatter = np.sum((white - mean[:, design.case]) ** 2, axis=(1, 2, 3))
-    weight = np.sqrt(repeats)[:, None, None, None] * whitener
-    values = (np.sqrt(repeats)[:, None, None] * mean).reshape(count, -1)
-    if design.equilibrium:
-        compliance, covariance, rest = _iterated(design, weight, values)
-    else:
-        compliance, covariance, rest = _direct(design, weight, values)
-    return Estimates(compliance, covariance, scatter + np.sum(rest**2, axis=1))
-
-
-def _direct(design: Design, weight: Array, values: Array) -> tuple[Array, Array, Array]:
-    """Estimates, covariances, residuals of the linear model."""
-    arm, free = design.arm, design.free
-    rows = _weighted(regressor(arm, design.cases)[None], weight)[0]
-    known = np.array(design.start)
-    known[free] = 0.0
-    right = values - rows @ known
-    own = rows[:, free]
-    scale = 1.0 / np.linalg.norm(own, axis=0)
-    q, r = np.linalg.qr(own * scale)
-    root = np.linalg.inv(r)
-    compliance = scale * (right @ q @ root.T)
-    rest = right - compliance @ own.T
-    compliance += scale * (rest @ q @ root.T)  # one step of refinement
-    covariance = scale[:, None] * (root @ root.T) * scale
-    return (
-        compliance,
-        np.broadcast_to(covariance, (len(values), *covariance.shape)),
-        right - compliance @ own.T,
+    case, count = design.case, len(design.case)
+    share = np.zeros((len(design.cases), count))
+    share[case, np.arange(count)] = 1.0 / design.repeats[case]
+    mean = (share @ readings.reshape(len(readings), count, -1)).reshape(
+        len(readings), len(design.cases), *readings.shape[2:]
     )
+    whitener = np.linalg.inv(np.linalg.cholesky(design.covariance))
+    apart = np.einsum("nkij,cnkj->cnki", whitener[case], readings - mean[:, case])
+    problem = design.problem(mean)
+    solution = solve_linear(problem, Squares())
+    if not design.linear:
+        try:
+            solution = solve_equilibrium(problem, solution, Squares())
+        except InputError:
+            raise InputError(
+                "a virtual campaign cannot be fitted: the loads are too large for these compliances"
+            ) from None
+    chi_square = np.sum(apart**2, axis=(1, 2, 3)) + np.sum(solution.residual**2, axis=(1, 2))
+    return Estimates(solution.compliance, solution.fit.covariance, chi_square)
 
 
-def _iterated(design: Design, weight: Array, values: Array) -> tuple[Array, Array, Array]:
-    """The same of the equilibrium: Gauss-Newton from the linear estimate."""
-    arm, cases, free = design.arm, design.cases, design.free
-    count, size, springs = len(values), len(cases), len(arm.springs)
-    compliance = np.tile(design.start, (count, 1))
-    compliance[:, free] = _direct(design, weight, values)[0]
-    q = np.tile(cases.q, (count, 1))
-    loads = [np.tile(cases.wrench, (count, 1))]
-    if arm.sags:
-        loads.append(np.zeros_like(loads[0]))
-    states = [np.zeros((count * size, springs)) for _ in loads]
-    still = markers_at(arm, cases.q, np.zeros((size, springs)))
-    for _ in range(_MOST_STEPS):
-        each = np.repeat(compliance, size, axis=0)
-        found = [
-            linearise(arm, each, q, load, state) for load, state in zip(loads, states, strict=True)
-        ]
-        modelled = [f.markers + np.einsum("nmp,np->nm", f.velocity, f.step) for f in found]
-        gradients = [f.velocity @ f.slope for f in found]
-        unloaded = modelled[1] if arm.sags else np.tile(still, (count, 1))
-        gradient = gradients[0] - gradients[1] if arm.sags else gradients[0]
-        deflection = (modelled[0] - unloaded).reshape(count, size, -1)
-        rows = _weighted(gradient.reshape(count, size, -1, springs), weight)[:, :, free]
-        rest = values - _weighted(deflection[..., None], weight)[..., 0]
-        step, covariance, in_errors = _steps(rows, rest)
-        full = np.zeros((count, springs))
-        full[:, free] = step
-        states = [
-            state + f.step + np.einsum("npq,nq->np", f.slope, np.repeat(full, size, axis=0))
-            for state, f in zip(states, found, strict=True)
-        ]
-        compliance += full
-        if not np.isfinite(compliance).all():
-            break
-        small = np.abs(step).max(axis=1) <= 1e-14 * np.abs(compliance[:, free]).max(axis=1)
-        if (small | (in_errors <= _AT_REST * np.sqrt(len(free)))).all():
-            rest = rest - np.einsum("crp,cp->cr", rows, step)
-            return compliance[:, free], covariance, rest
-    raise InputError(
-        "a virtual campaign cannot be fitted: the loads are too large for these compliances"
-    )
-
-
-def _weighted(rows: Array, weight: Array) -> Array:
-    """(C, 3SK, x) rows over the noise of rows (C, S, 3K, x), times the root of the repeats."""
-    count, size, _, width = rows.shape
-    apart = rows.reshape(count, size, -1, 3, width)
-    return np.asarray(weight @ apart).reshape(count, -1, width)
-
-
-def _steps(rows: Array, rest: Array) -> tuple[Array, Array, Array]:
-    """Least-squares solutions (C, p) of C systems, covariances, sizes in standard errors (C,)."""
-    scale = 1.0 / np.linalg.norm(rows, axis=1)
-    q, r = np.linalg.qr(rows * scale[:, None])
-    right = np.einsum("crp,cr->cp", q, rest)
-    root = np.linalg.inv(r) * scale[..., None]
-    step = np.einsum("cpq,cq->cp", root, right)
-    return step, root @ root.transpose(0, 2, 1), np.linalg.norm(right, axis=1)
+def predicted_covariance(design: Design) -> Array:
+    """(p, p) covariance (13) of the estimates, from the linear model, whatever is read."""
+    nothing = np.zeros((1, *design.covariance.shape[:3]))
+    return np.asarray(solve_linear(design.problem(nothing), Squares()).fit.covariance[0])

@@ -1,24 +1,26 @@
 """Gauss-Newton on the equilibrium: compliances whose modelled deflections fit the measured ones.
 
-In: elastic arm, measurements. Out: estimate, rows and residuals at it. Equilibrium and estimate are
-improved together: a step linearises both, so that one pass over the load cases serves both.
+In: elastic arm, readings of C campaigns under the same load cases. Out: estimates, rows and
+residuals at them. Equilibrium and estimate are improved together: a step linearises both, so that
+one pass over the load cases serves both. Campaigns are a batch axis: one is C = 1.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from elastocal.arrays import Array, IntArray
 from elastocal.elastic.arm import ElasticArm
-from elastocal.elastic.equilibrium import linearise, markers_at
+from elastocal.elastic.equilibrium import Linearisation, linearise, markers_at
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import regressor
 from elastocal.errors import InputError
-from elastocal.fitting.least_squares import LinearFit, fit
+from elastocal.fitting.least_squares import LinearFit, fits, one_of
 from elastocal.fitting.robust import Loss, robust_scale
-from elastocal.measuring.measurements import Measurements
 from elastocal.measuring.whitening import noise_factors
 
 _CHUNK = 2048  # load cases evaluated at once: what stays in the cache
@@ -28,27 +30,45 @@ _AT_REST = 1e-2, 1e-6  # step over standard errors and compliances: the next one
 
 @dataclass(frozen=True)
 class Problem:
-    """What is to be fitted.
+    """What is to be fitted: C campaigns that differ in what was read.
 
     Attributes:
-        arm: Robot with all springs that bend, identified or not.
+        arm: Robot with all c springs that bend, identified or not, and the tool with K markers.
         free: (p,) positions of the identified ones.
-        start: Compliances of all springs; those of the free ones do not count.
-        measurements: R readings.
+        start: (c,) compliances of all springs; those of the free ones do not count.
+        cases: N load cases.
+        marker: (R,) marker of each reading among the N · K of all load cases.
+        deflection: (C, R, 3) deflections read [m].
+        covariance: (R, 3, 3) of each [m²].
         extra_rows: (E, p) further rows, such as a prior's.
         extra_values: (E,) their values.
         nonnegative: Whether compliances below zero are ruled out.
         known_noise: Whether the covariances are true and not only right up to a factor.
+        source: Where the readings come from, empty if nobody said.
     """
 
     arm: ElasticArm
     free: IntArray
     start: Array
-    measurements: Measurements
+    cases: LoadCases
+    marker: IntArray
+    deflection: Array
+    covariance: Array
     extra_rows: Array
     extra_values: Array
-    nonnegative: bool
-    known_noise: bool
+    nonnegative: bool = False
+    known_noise: bool = True
+    source: str = ""
+
+    @property
+    def dof(self) -> int:
+        """Coordinates read and rows of a prior, less unknowns."""
+        return 3 * len(self.marker) + len(self.extra_values) - len(self.free)
+
+    @cached_property
+    def noise(self) -> tuple[Array, Array]:
+        """Lower triangular factors of the covariances [m], and their inverses, (R, 3, 3) each."""
+        return noise_factors(self.covariance)
 
 
 @dataclass(frozen=True)
@@ -56,13 +76,11 @@ class Solution:
     """Where the iteration came to rest.
 
     Attributes:
-        compliance: (p,) free compliances.
-        fit: The last linear fit; its triangle is that of the whole problem.
-        rows: (R, 3, c) rows of all springs over the noise.
-        residual: (R, 3) residuals over the noise.
-        noise: (R, 3, 3) lower triangular factors of the covariances that divided them [m].
-        weight: (R,) robust weights.
-        scale: Noise over the promised one, as the weights saw it.
+        compliance: (C, p) free compliances.
+        fit: The last linear fits; their triangles are those of the whole problem.
+        rows: (B, R, 3, c) rows of all springs over the noise, B = 1 if all campaigns share them.
+        residual: (C, R, 3) residuals over the noise.
+        weight: (C, R) robust weights.
         iterations: Steps taken.
     """
 
@@ -70,10 +88,19 @@ class Solution:
     fit: LinearFit
     rows: Array
     residual: Array
-    noise: Array
     weight: Array
-    scale: float
     iterations: int
+
+    def of(self, i: int) -> Solution:
+        """The i-th campaign alone, its arrays without the first axis."""
+        return Solution(
+            self.compliance[i],
+            self.fit.of(i),
+            one_of(self.rows, i),
+            self.residual[i],
+            self.weight[i],
+            self.iterations,
+        )
 
 
 def solve_linear(problem: Problem, loss: Loss) -> Solution:
@@ -84,17 +111,18 @@ def solve_linear(problem: Problem, loss: Loss) -> Solution:
 
     Source: paper eq. (9); robust losses are ours.
     """
-    factors = noise_factors(problem.measurements.covariance)
-    start, model = np.array(problem.start), _Linear(problem)
+    start, model = np.zeros((len(problem.deflection), len(problem.free))), _Linear(problem)
     for stage in _stages(loss):
-        found = _iterate(problem, model, factors, stage, start)
-        start[problem.free] = found.compliance
-    return found
+        solution = _iterate(problem, model, stage, start)
+        start = solution.compliance
+    return solution
 
 
-def _stages(loss: Loss) -> list[Loss]:
+def _stages(loss: Loss) -> Iterator[Loss]:
     """The losses of which each starts from the fit of the one before."""
-    return [loss] if loss.tamer is None else [*_stages(loss.tamer), loss]
+    if loss.tamer is not None:
+        yield from _stages(loss.tamer)
+    yield loss
 
 
 def solve_equilibrium(problem: Problem, linear: Solution, loss: Loss) -> Solution:
@@ -105,17 +133,16 @@ def solve_equilibrium(problem: Problem, linear: Solution, loss: Loss) -> Solutio
 
     Source: ours.
     """
-    start = np.array(problem.start)
-    start[problem.free] = linear.compliance
-    factors = noise_factors(problem.measurements.covariance)
-    return _iterate(problem, _Bent(problem), factors, loss, start)
+    return _iterate(problem, _Bent(problem), loss, linear.compliance)
 
 
 class _Linear:
     """Deflections of the linear model."""
 
+    direct = True  # one step of least squares is the solution
+
     def __init__(self, problem: Problem) -> None:
-        arm, cases = problem.arm, problem.measurements.cases
+        arm, cases = problem.arm, problem.cases
         parts = [
             regressor(arm, LoadCases(cases.q[s], cases.wrench[s]))
             for s in (slice(i, i + _CHUNK) for i in range(0, len(cases), _CHUNK))
@@ -123,8 +150,9 @@ class _Linear:
         self.gradient = np.concatenate(parts)
 
     def at(self, compliance: Array) -> tuple[Array, Array]:
-        """(N, 3K) deflections and (N, 3K, c) gradients."""
-        return self.gradient @ compliance, self.gradient
+        """(C, N, 3K) deflections and (1, N, 3K, c) gradients for compliances (C, c)."""
+        deflection = self.gradient.reshape(-1, compliance.shape[1]) @ compliance.T
+        return deflection.T.reshape(len(compliance), *self.gradient.shape[:2]), self.gradient[None]
 
     def advance(self, step: Array) -> None:
         """Nothing moves."""
@@ -134,121 +162,131 @@ class _Bent:
     """Deflections of the equilibrium, linearised where the last step led.
 
     Attributes:
-        states: Displacements (N, c) under load and, if the arm sags, without.
+        states: Displacements (C N, c) under load and, if the arm sags, without.
     """
 
+    direct = False
+
     def __init__(self, problem: Problem) -> None:
-        self.arm, cases = problem.arm, problem.measurements.cases
-        self.q = cases.q
+        self.arm, cases, count = problem.arm, problem.cases, len(problem.deflection)
         flat = np.zeros((len(cases), len(self.arm.springs)))
-        idle = LoadCases(cases.q, np.zeros_like(cases.wrench))
-        self.wrenches = [cases.wrench] + ([idle.wrench] if self.arm.sags else [])
-        self.states = [flat for _ in self.wrenches]
+        loads = [cases.wrench] + ([np.zeros_like(cases.wrench)] if self.arm.sags else [])
+        self.q, *self.wrenches = (_each(part[None], count) for part in (cases.q, *loads))
+        self.states = [_each(flat[None], count) for _ in loads]
         self.unloaded = markers_at(self.arm, cases.q, flat)
-        self.moves: list[tuple[Array, Array]] = []
+        self.moves: list[Linearisation] = []
 
     def at(self, compliance: Array) -> tuple[Array, Array]:
-        """(N, 3K) deflections and (N, 3K, c) gradients, to first order about the states."""
-        found = []
-        self.moves = []
-        for wrench, state in zip(self.wrenches, self.states, strict=True):
-            here = linearise(self.arm, compliance, self.q, wrench, state)
-            self.moves.append((here.step, here.slope))
-            moved = here.markers + np.einsum("nmp,np->nm", here.velocity, here.step)
-            found.append((moved, here.velocity @ here.slope))
-        if len(found) == 1:
-            return found[0][0] - self.unloaded, found[0][1]
-        return found[0][0] - found[1][0], found[0][1] - found[1][1]
+        """(C, N, 3K) deflections and (C, N, 3K, c) gradients, to first order about the states."""
+        each = _each(compliance[:, None], 1, len(self.unloaded))
+        self.moves = [
+            linearise(self.arm, each, self.q, wrench, state)
+            for wrench, state in zip(self.wrenches, self.states, strict=True)
+        ]
+        apart = (len(compliance), *self.unloaded.shape)
+        moved = [m.markers + np.einsum("nmp,np->nm", m.velocity, m.step) for m in self.moves]
+        gradients = [m.velocity @ m.slope for m in self.moves]
+        if self.arm.sags:
+            deflection, gradient = moved[0] - moved[1], gradients[0] - gradients[1]
+        else:
+            deflection, gradient = (
+                moved[0] - np.tile(self.unloaded, (len(compliance), 1)),
+                gradients[0],
+            )
+        return deflection.reshape(apart), gradient.reshape(*apart, -1)
 
     def advance(self, step: Array) -> None:
-        """Move the states to first order for a step (c,) of the compliances."""
+        """Move the states to first order for steps (C, c) of the compliances."""
+        each = _each(step[:, None], 1, len(self.unloaded))
         self.states = [
-            state + newton + slope @ step
-            for state, (newton, slope) in zip(self.states, self.moves, strict=True)
+            state + move.step + np.einsum("npq,nq->np", move.slope, each)
+            for state, move in zip(self.states, self.moves, strict=True)
         ]
 
 
-def _iterate(
-    problem: Problem,
-    model: _Linear | _Bent,
-    noise: tuple[Array, Array],
-    loss: Loss,
-    start: Array,
-) -> Solution:
-    """Gauss-Newton with weights that follow the residuals."""
-    compliance, free = np.array(start), problem.free
+def _each(values: Array, campaigns: int, cases: int = 1) -> Array:
+    """(C N, x) rows of `values`, (C, N, x), where either axis may be 1 and is repeated."""
+    shape = len(values) * campaigns, values.shape[1] * cases, values.shape[2]
+    return np.broadcast_to(values, shape).reshape(-1, shape[2])
+
+
+def _iterate(problem: Problem, model: _Linear | _Bent, loss: Loss, start: Array) -> Solution:
+    """Gauss-Newton with weights that follow the residuals, from free compliances (C, p)."""
+    free = problem.free
+    compliance = np.tile(problem.start, (len(start), 1))
+    compliance[:, free] = start
+    refine = model.direct and len(start) == 1  # steps, and hundreds of estimates, need no more
     for iteration in range(1, _MOST_STEPS + 1):
-        modelled, gradient = model.at(compliance)
-        rows, values = _read(problem.measurements, noise[1], modelled, gradient)
-        weight, scale = _weighed(problem, loss, values)
-        found = _fit(problem, rows[:, :, free], values, weight, compliance[free])
+        rows, values = _read(problem, *model.at(compliance))
+        weight = _weights(problem, loss, values)
+        own = rows[..., free]
+        found = _fit(problem, own, values, weight, compliance[:, free], refine=refine)
         step = np.zeros_like(compliance)
-        step[free] = found.estimate
+        step[:, free] = found.estimate
         model.advance(step)
         compliance += step
         if not np.isfinite(compliance).all():
             break
-        direct = isinstance(model, _Linear) and loss.tamer is None
-        if direct or _at_rest(step[free], compliance[free], found):
-            residual = values - rows[:, :, free] @ found.estimate
-            return Solution(
-                compliance[free], found, rows, residual, noise[0], weight, scale, iteration
-            )
+        direct = model.direct and loss.tamer is None
+        if direct or _at_rest(found, compliance[:, free]):
+            flat = own.reshape(len(own), -1, len(free)).transpose(0, 2, 1)
+            told = found.estimate.reshape(len(own), -1, len(free)) @ flat
+            residual = values - told.reshape(values.shape)
+            return Solution(compliance[:, free], found, rows, residual, weight, iteration)
     why = "the loads are too large for these compliances, or most readings are wrong"
     advice = "look at the linear model first"
     if loss.tamer is not None:
         why = "the readings may be too few, or too many of them wrong, to tell which are wrong"
         advice = "look at least squares, or at a tamer loss, first"
     raise InputError(
-        f"the fit to {problem.measurements.source or 'the measurements'} does not come to rest: "
-        f"{why}; {advice}"
+        f"the fit to {problem.source or 'the measurements'} does not come to rest: {why}; {advice}"
     )
 
 
-def degrees_of_freedom(problem: Problem) -> int:
-    """Coordinates read and rows of a prior, less unknowns."""
-    return 3 * len(problem.measurements) + len(problem.extra_values) - len(problem.free)
-
-
-def _at_rest(step: Array, compliance: Array, found: LinearFit) -> bool:
+def _at_rest(found: LinearFit, compliance: Array) -> bool:
+    """Whether all campaigns are where steps no longer matter."""
+    step = found.estimate
     with np.errstate(invalid="ignore"):
-        in_errors = float(np.linalg.norm(found.triangle @ step))
-    relative = float(np.abs(step).max() / max(np.abs(compliance).max(), 1e-300))
-    return (in_errors <= _AT_REST[0] and relative <= _AT_REST[1]) or relative <= 1e-14
+        in_errors = np.linalg.norm(found.triangle @ step[..., None], axis=(1, 2))
+    relative = np.abs(step).max(axis=1) / np.maximum(np.abs(compliance).max(axis=1), 1e-300)
+    small = (in_errors <= _AT_REST[0]) & (relative <= _AT_REST[1])
+    return bool((small | (relative <= 1e-14)).all())
 
 
-def _read(
-    measurements: Measurements, whitener: Array, modelled: Array, gradient: Array
-) -> tuple[Array, Array]:
-    """Rows (R, 3, c) of the readings and what the model leaves of them (R, 3), over the noise."""
-    own = measurements.case * len(measurements.tool.markers) + measurements.marker
-    rows, deflection = gradient.reshape(-1, 3, gradient.shape[-1]), modelled.reshape(-1, 3)
-    if len(own) != len(rows) or (own != np.arange(len(own))).any():
-        rows, deflection = rows[own], deflection[own]
-    open_ = measurements.deflection - deflection
+def _read(problem: Problem, modelled: Array, gradient: Array) -> tuple[Array, Array]:
+    """Rows (B, R, 3, c) of the readings and what the model leaves (C, R, 3), over the noise."""
+    own, whitener = problem.marker, problem.noise[1]
+    rows = gradient.reshape(len(gradient), -1, 3, gradient.shape[-1])
+    deflection = modelled.reshape(len(modelled), -1, 3)
+    if len(own) != rows.shape[1] or (own != np.arange(len(own))).any():
+        rows, deflection = rows[:, own], deflection[:, own]
+    open_ = problem.deflection - deflection
     one = whitener[0]
     if whitener.strides[0] == 0 and (one == one[0, 0] * np.eye(3)).all():
         return rows * one[0, 0], open_ * one[0, 0]  # the same number for all: the usual case
-    return whitener @ rows, np.einsum("rij,rj->ri", whitener, open_)
+    return whitener @ rows, np.einsum("rij,crj->cri", whitener, open_)
 
 
-def _fit(problem: Problem, rows: Array, values: Array, weight: Array, at: Array) -> LinearFit:
-    """Step of the free compliances, prior included."""
-    p = len(at)
+def _fit(
+    problem: Problem, rows: Array, values: Array, weight: Array, at: Array, *, refine: bool
+) -> LinearFit:
+    """Steps of the free compliances, prior included."""
     if not (weight == 1.0).all():
-        root = np.sqrt(weight)[:, None]
+        root = np.sqrt(weight)[..., None]
         rows, values = rows * root[..., None], values * root
-    flat, right = rows.reshape(-1, p), values.reshape(-1)
+    flat, right = rows.reshape(len(rows), -1, rows.shape[-1]), values.reshape(len(values), -1)
     if len(problem.extra_values):
-        flat = np.concatenate([flat, problem.extra_rows])
-        right = np.concatenate([right, problem.extra_values - problem.extra_rows @ at])
-    return fit(flat, right, lower=-at if problem.nonnegative else None)
+        extra = np.broadcast_to(problem.extra_rows, (len(flat), *problem.extra_rows.shape))
+        flat = np.concatenate([flat, extra], axis=1)
+        right = np.hstack([right, problem.extra_values - at @ problem.extra_rows.T])
+    return fits(flat, right, lower=-at if problem.nonnegative else None, refine=refine)
 
 
-def _weighed(problem: Problem, loss: Loss, values: Array) -> tuple[Array, float]:
-    """Weights (R,) of residuals (R, 3), and the scale they are judged by."""
-    size = np.linalg.norm(values, axis=1)
+def _weights(problem: Problem, loss: Loss, values: Array) -> Array:
+    """(C, R) weights of residuals (C, R, 3) by their sizes over the noise."""
     if loss.tamer is None:
-        return np.ones_like(size), 1.0
-    scale = 1.0 if problem.known_noise else robust_scale(size, degrees_of_freedom(problem))
-    return loss.weight(size / scale), scale
+        return np.ones(values.shape[:2])
+    size = np.linalg.norm(values, axis=2)
+    if not problem.known_noise:
+        size = size / np.array([[robust_scale(one, problem.dof)] for one in size])
+    return loss.weight(size)

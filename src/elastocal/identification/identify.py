@@ -23,7 +23,6 @@ from elastocal.identification.fit import Fit
 from elastocal.identification.gauss_newton import (
     Problem,
     Solution,
-    degrees_of_freedom,
     solve_equilibrium,
     solve_linear,
 )
@@ -63,13 +62,11 @@ def identify(
     problem = _problem(arm, measurements, how, prior, known)
     linear = solve_linear(problem, how.weigher)
     names, p = arm.springs.names, len(arm.springs)
-    doubts = [group.doubt(names) for group in confounded(linear.fit.information)]
+    doubts = [group.doubt(names) for group in confounded(linear.fit.of(0).information)]
     if doubts:
         raise IdentifiabilityError(left_open(doubts, measurements.source)).with_doubts(*doubts)
-    found = linear
-    if not how.linear:
-        found = solve_equilibrium(problem, linear, how.weigher)
-    dof = degrees_of_freedom(problem)
+    solution = linear if how.linear else solve_equilibrium(problem, linear, how.weigher)
+    found, dof = solution.of(0), problem.dof
     misfit = _prior_misfit(problem, found)
     chi_square = float(np.sum(found.residual**2)) + misfit
     scale, variance, freedom = noise(how, found, chi_square, dof)
@@ -80,7 +77,7 @@ def identify(
     model = ComplianceModel(spring, compliance, covariance, freedom, measurements.source)
     error = np.sqrt(np.diagonal(covariance))[problem.free]
     half = quantile(0.5 + 0.5 * how.confidence, freedom) * error
-    configuration, influences, left_out = _influences(problem, found)
+    configuration, influences, left_out = _influences(measurements, problem, found)
     scaled = found.fit.triangle / column_norms(found.fit.triangle)
     _, values, vectors = np.linalg.svd(scaled)
     return Identification(
@@ -88,23 +85,23 @@ def identify(
         identified=names,
         how=how,
         interval=frozen(found.compliance[:, None] + np.outer(half, [-1.0, 1.0])),
-        linear=frozen(linear.compliance),
+        linear=frozen(linear.compliance[0]),
         scale=scale,
         chi_square=chi_square,
         dof=dof,
         lack_of_fit=lack_of_fit(
             found.residual,
-            found.noise,
+            problem.noise[0],
             configuration[measurements.case] * len(measurements.tool.markers) + measurements.marker,
             p - len(problem.extra_values),
             misfit,
         ),
-        residual=frozen(_in_metres(found, found.residual)),
+        residual=frozen(_in_metres(problem, found.residual)),
         weight=frozen(found.weight),
         influence=influences[0],
         configuration_influence=influences[1],
         configuration=frozen(configuration, np.int64),
-        left_out=frozen(_in_metres(found, left_out)),
+        left_out=frozen(_in_metres(problem, left_out)),
         singular_values=frozen(values),
         combinations=frozen(vectors),
         held=tuple(n for n, h in zip(names, found.fit.held, strict=True) if h),
@@ -139,7 +136,18 @@ def _problem(
         raise IdentifiabilityError(worded(doubt)).with_doubts(doubt)
     bent = replace(arm, springs=springs, tool=measurements.tool)
     return Problem(
-        bent, free, start, measurements, rows, values, how.nonnegative, not how.estimates_sigma
+        arm=bent,
+        free=free,
+        start=start,
+        cases=measurements.cases,
+        marker=measurements.case * len(measurements.tool.markers) + measurements.marker,
+        deflection=measurements.deflection[None],
+        covariance=measurements.covariance,
+        extra_rows=rows,
+        extra_values=values,
+        nonnegative=how.nonnegative,
+        known_noise=not how.estimates_sigma,
+        source=measurements.source,
     )
 
 
@@ -168,11 +176,10 @@ def _prior_misfit(problem: Problem, found: Solution) -> float:
 
 
 def _influences(
-    problem: Problem, found: Solution
+    measurements: Measurements, problem: Problem, found: Solution
 ) -> tuple[IntArray, tuple[Influence, Influence], Array]:
     """Distinct load case of every experiment; influence of experiments and of load cases;
     residuals (R, 3) over the noise when an experiment is left out."""
-    measurements = problem.measurements
     cases = measurements.cases
     together = np.round(np.hstack([cases.q, cases.wrench]), 9)
     _, configuration = np.unique(together, axis=0, return_inverse=True)
@@ -195,6 +202,6 @@ def _influences(
     return configuration, (own, by_case), left_out
 
 
-def _in_metres(found: Solution, residual: Array) -> Array:
+def _in_metres(problem: Problem, residual: Array) -> Array:
     """(R, 3) residuals [m] of residuals over the noise."""
-    return np.einsum("rij,rj->ri", found.noise, residual)
+    return np.einsum("rij,rj->ri", problem.noise[0], residual)

@@ -10,7 +10,7 @@ import numpy as np
 from elastocal.arrays import Array
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.errors import IdentifiabilityError
-from elastocal.fitting.least_squares import column_norms
+from elastocal.fitting.least_squares import inverse_root
 from elastocal.fitting.robust import EFFICIENCY, inflation, robust_scale
 from elastocal.identification.fit import Fit
 from elastocal.identification.gauss_newton import Problem, Solution
@@ -50,8 +50,7 @@ def covariance_of(
     triangle = found.fit.triangle
     # R of the springs that are not held: those held at zero are taken as exact.
     kept: Array = np.asarray(np.linalg.qr(triangle[:, ~held], mode="r"))
-    scale = column_norms(kept)
-    inverse = np.linalg.inv(kept / scale) / scale[:, None]
+    inverse = inverse_root(kept)
     covariance = np.zeros((count, count))
     covariance[np.ix_(moving, moving)] = variance * inverse @ inverse.T
     others = np.setdiff1d(np.arange(count), free)

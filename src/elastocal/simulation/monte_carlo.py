@@ -7,17 +7,15 @@ left at the test poses when their compliances are used for compensation.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.elastic.regressor import regressor
-from elastocal.elastic.springs import subset
 from elastocal.errors import InputError
-from elastocal.identification.batch import Design, fit_all
+from elastocal.identification.batch import Design, fit_all, predicted_covariance
 from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
 from elastocal.identification.uncertainty import quantile
@@ -265,7 +263,7 @@ def _design(
         cases=cases,
         case=np.repeat(np.arange(len(cases)), repeats),
         covariance=ideal.covariance,
-        equilibrium=not how.linear,
+        linear=how.linear,
     )
 
 
@@ -339,7 +337,7 @@ def _collected(
     """The campaigns of a plan with what the plan alone predicts for them."""
     estimate, error, left = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
     design = plan.design
-    covariance = _predicted(study, design)
+    covariance = predicted_covariance(design)
     poses = study.test_poses
     weight = np.array([pose.weight for pose in poses])
     weight = weight / weight.sum()
@@ -360,16 +358,3 @@ def _collected(
             [np.sqrt(np.trace(p.regressor @ covariance @ p.regressor.T)) for p in poses]
         ),
     )
-
-
-def _predicted(study: Study, design: Design) -> Array:
-    """(p, p) covariance (13) of the estimates, from the regressor of the plan."""
-    springs = subset(design.arm.springs, study.springs.names)
-    rows = regressor(replace(design.arm, springs=springs), design.cases)
-    white = np.linalg.inv(np.linalg.cholesky(design.covariance))
-    apart = white @ rows.reshape(*design.covariance.shape[:2], 3, -1)
-    repeats = np.bincount(design.case, minlength=len(design.cases))
-    flat = (np.sqrt(repeats)[:, None, None, None] * apart).reshape(-1, rows.shape[2])
-    scale = 1.0 / np.linalg.norm(flat, axis=0)
-    root = np.linalg.inv(np.linalg.qr(flat * scale, mode="r")) * scale[:, None]
-    return np.asarray(root @ root.T)
