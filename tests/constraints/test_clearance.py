@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -48,6 +49,17 @@ def watched(
     limits = np.array([robot.lower, robot.upper])
     found = clearances(robot, TOOL, limits, obstacles, rules or CollisionRules())
     return {c.what: c for c in found}
+
+
+def test_with_nothing_to_touch_there_is_all_the_room() -> None:
+    """A clearance without pairs: never broken, and called by what it is about."""
+    none = Clearance("table", replace(watched(boxes())["table"].pairs, index=()), 0.02)
+    posture = Posture(KUKA, configurations(2))
+    np.testing.assert_array_equal(none.room(posture), np.inf)
+    assert none.names_at(posture) == ["clearance of table >= 20 mm"] * 2
+    margin, pull = none.at(posture)
+    assert (margin > 0.0).all()
+    np.testing.assert_array_equal(pull(np.ones(2)), np.zeros((6, 2)))
 
 
 def test_distances_are_those_of_pinocchio_and_coal() -> None:
