@@ -314,6 +314,15 @@ def test_robots_that_a_controller_cannot_hold(kinds: str, controller: str, words
         export(path_program(arm(kinds), np.zeros((1, len(kinds))), name="x"), controller)
 
 
+@pytest.mark.parametrize(("controller", "hint"), [("krl", True), ("urscript", False)])
+def test_external_axes_are_asked_for_where_there_can_be_any(controller: str, hint: bool) -> None:
+    """Seven turning joints: which of them is outside is not clear, if one may be."""
+    program = path_program(arm("RRRRRRR"), np.zeros((1, 7)), name="x")
+    with pytest.raises(InputError) as error:
+        export(program, controller)
+    assert ("--external" in str(error.value)) == hint
+
+
 def test_external_axes_by_name() -> None:
     program = path_program(arm("RRRRRRR"), np.arange(7)[None] / 10.0, name="table last")
     outside = Settings(external=("J7",))
