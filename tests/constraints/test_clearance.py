@@ -104,11 +104,29 @@ def test_what_the_robot_stands_on_is_left_out_and_a_wall_in_its_way_is_not() -> 
     assert not cell["rock"].unwatched
 
 
+def test_on_a_rail_the_turntable_stands_on_the_floor_too() -> None:
+    """Up to the first joint that turns: carriage and turntable, and not the arm on them."""
+    joints = (
+        Joint("rail", np.eye(4), np.array([1.0, 0, 0]), True, -1.0, 1.0),
+        Joint("table", np.eye(4), np.array([0.0, 0, 1]), False, -1.0, 1.0),
+        Joint("arm", transform(None, (0, 0, 0.1)), np.array([0.0, 0, 1]), False, -1.0, 1.0),
+    )
+    balls = tuple(
+        Shape("sphere", np.array([0.2]), transform(None, (0, 0, 0.1 * (body < 3))), body)
+        for body in (1, 2, 3)
+    )
+    floor = Shape("box", np.array([9.0, 9.0, 1.0]), transform(None, (0, 0, -0.5)), 0, "floor")
+    found = watched([floor], robot=Robot("rail", joints, collisions=balls))["floor"]
+    assert [x.first for x in found.unwatched] == ["rail", "table"]
+    assert {found.pairs.of(p)[0].name for p in range(len(found.pairs))} >= {"arm"}
+
+
 def test_ignored_pairs_are_not_watched() -> None:
     rules = CollisionRules(ignore=(("A4", "table"), ("tool", "A1")))
     cell = watched(boxes(), rules)
     names = [cell["table"].pair_name(i) for i in range(len(cell["table"].pairs))]
     assert "A4 from table" not in names
+    assert all(name.endswith(" from table") for name in names)
     assert "A3 from table" in names
     assert "ignored" in {x.why for x in cell["itself"].unwatched}
 

@@ -218,6 +218,7 @@ def test_what_holds_the_marker_or_the_head_is_not_in_the_way() -> None:
     other = capsule("post", 0, np.array([2.0, 0, 0]), np.array([2.0, 0, 2]), 0.1)
     sight = LineOfSight("sight", "M1", POINT, POSITION, [holder, stand, other], robot)
     assert [solid.name for solid in sight.solids] == ["post"]
+    assert sight.around_head == ("stand",)
 
 
 def test_an_arm_between_tracker_and_marker_is_named() -> None:

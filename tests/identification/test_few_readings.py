@@ -18,6 +18,8 @@ from elastocal.identification.doubts import doubts
 from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
 from elastocal.identification.result import Identification
+from elastocal.identification.validation import leave_one_out
+from elastocal.robot.chain import Tool
 from elastocal.robot.sources import three_link
 from tests.campaigns import SIGMA, TRUTH, arm, hung, measured
 
@@ -125,6 +127,33 @@ def test_a_reading_is_far_out_by_the_noise_that_holds() -> None:
     spoilt[10, 1] += 12 * SIGMA
     worse = identify(arm(), replace(data, deflection=spoilt), Fit("linear", "estimated"))
     assert "E11" in far(worse)
+
+
+def test_robust_weights_go_by_the_noise_that_holds() -> None:
+    """Noise of 3 promised ones: far beyond the threshold if σ is known, sound if it is found."""
+    data = measured(arm(), hung(60), rng=np.random.default_rng(5), noise=3 * SIGMA, linear=True)
+    known = identify(arm(), data, Fit("linear", "known", "huber"))
+    estimated = identify(arm(), data, Fit("linear", "estimated", "huber"))
+    assert np.mean(known.weight < 1.0) > 0.85
+    assert 0.15 < np.mean(estimated.weight < 1.0) < 0.7
+    size = np.linalg.norm(known.residual, axis=1) / SIGMA
+    np.testing.assert_allclose(known.weight, np.minimum(1.0, 1.62799 / size), rtol=1e-4)
+    found = np.linalg.norm(estimated.residual, axis=1) / SIGMA / estimated.scale
+    np.testing.assert_allclose(estimated.weight, np.minimum(1.0, 1.62799 / found), rtol=1e-4)
+
+
+def test_what_one_experiment_carries_is_not_predicted_for_it_alone() -> None:
+    """J1 is pushed in the first experiment only: all its readings are left out, no others."""
+    rng = np.random.default_rng(6)
+    wrench = np.tile([0.0, 0, -100, 0, 0, 0], (5, 1))
+    wrench[0, :2] = 60.0, 80.0
+    cases = LoadCases(rng.uniform(-1, 1, (5, 3)), wrench)
+    tool = Tool("two", np.zeros(3), np.array([[0.0, 0, 0], [0, 0.1, 0.2]]), ("a", "b"))
+    pushed = replace(THREE, tool=tool)
+    found = identify(pushed, measured(pushed, cases, SOFT, rng=rng, promised=1e-7, noise=1e-7))
+    judged = leave_one_out(found)
+    assert judged.predicted.tolist() == [False, False] + [True] * 8
+    assert judged.coordinates == 24
 
 
 def test_a_common_prior_counts_as_readings() -> None:

@@ -155,6 +155,15 @@ def test_hours_by_hand() -> None:
     assert sum(found.minutes.values()) == pytest.approx(60.0 * found.hours, rel=1e-12)
 
 
+def test_a_load_is_changed_where_it_differs_from_the_last() -> None:
+    """1, 2, 2, 1: put on, changed, kept, changed back."""
+    wrench = np.outer([1.0, 2.0, 2.0, 1.0], WEIGHT)
+    cases = LoadCases(np.tile(pace().home, (4, 1)), wrench)
+    found = schedule(cases, np.array([1, 2, 3, 4]), pace(change_load=60.0))
+    assert found.changing.tolist() == [60.0, 60.0, 0.0, 60.0]
+    assert found.minutes["changing loads"] == pytest.approx(3.0)
+
+
 def test_speeds_and_home_are_there_for_every_joint() -> None:
     robot = random_chain(np.random.default_rng(0), [True, False])
     limits = np.array([[0.5, -1.0], [2.0, 1.0]])

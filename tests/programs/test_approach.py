@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from elastocal.constraints import HalfSpace
+from elastocal.constraints import Distinct, HalfSpace
 from elastocal.errors import InputError
 from elastocal.programs.approach import approaches
 from elastocal.robot.posture import forward_kinematics
@@ -78,6 +78,15 @@ def test_a_constraint_in_the_way_is_named() -> None:
     robot, q = arm("R"), np.array([[0.0]])
     with pytest.raises(InputError, match="within height of the flange"):
         approaches(robot, q, np.array([0.01]), limits_of(1), [lowest(10.0)])
+
+
+def test_each_pose_has_a_side_that_its_own_constraints_allow() -> None:
+    """Two poses at opposite limits, so no common side, and one beside a place that is ruled out."""
+    robot, q = arm("R"), np.array([[-1.0], [1.0], [0.3]])
+    ruled_out = Distinct("not there", np.array([0.29]), np.ones(1), 0.005)
+    points, same = approaches(robot, q, np.array([0.01]), limits_of(1), [ruled_out])
+    np.testing.assert_allclose(points[:, 0], [-0.99, 0.99, 0.31])
+    assert not same
 
 
 def test_more_axes_than_can_be_tried_are_refused_in_a_sentence() -> None:

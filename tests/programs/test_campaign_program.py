@@ -36,6 +36,16 @@ def test_one_cycle() -> None:
     assert steps[-1] == Move(2)
 
 
+def test_targets_are_within_the_limits_to_the_last_digit() -> None:
+    """A plan may be over a limit by rounding; a controller does not forgive that."""
+    study = study_for(arm("RRR", limit=0.7))
+    q = Q.copy()
+    q[1] = [0.7 + 4e-6, -0.7 - 4e-6, 0.3]
+    targets = campaign_program(study, LoadCases(q, WRENCH), np.array([1, 1])).targets
+    assert np.abs(targets).max() == 0.7
+    np.testing.assert_allclose(targets[[1, 3]], q, atol=5e-6)
+
+
 def test_repeats_are_whole_cycles_with_their_own_approach() -> None:
     program = campaign(repeats=(3, 2), home=np.zeros(3))
     visits = [program.target_names[s.target] for s in program.steps if isinstance(s, Move)]
