@@ -10,6 +10,7 @@ import pytest
 
 from elastocal.errors import Doubt, MeasurementFileError
 from elastocal.files.measurements.measurement_file import read_measurements
+from elastocal.files.measurements.suspicious import kept_aside
 from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
 from elastocal.measuring.measurements import Measurements
@@ -239,6 +240,17 @@ def test_what_is_odd_is_read_as_its_clean_twin(name: str, tmp_path: Path) -> Non
     data = GOOD if name == "plain" else ODD[name][0]
     plain = data.decode() if isinstance(data, bytes) and name not in TWINS else data
     check_against(TWINS.get(name, str(plain)), read(data, tmp_path))
+
+
+def test_readings_kept_aside_need_not_be_as_many_as_planned(tmp_path: Path) -> None:
+    """That one experiment of three is there is no matter then; all else is said as before."""
+    found = read(HEAD + FIRST, tmp_path)
+    codes = [doubt.code for doubt in found.doubts]
+    assert "unfinished" in codes
+    aside = kept_aside(found)
+    assert [doubt.code for doubt in aside.doubts] == [c for c in codes if c != "unfinished"]
+    assert len(aside.doubts) == len(codes) - 1 > 0
+    np.testing.assert_array_equal(aside.deflection, found.deflection)
 
 
 def test_torques_that_are_planned_and_not_measured(tmp_path: Path) -> None:

@@ -323,6 +323,15 @@ def test_external_axes_are_asked_for_where_there_can_be_any(controller: str, hin
     assert ("--external" in str(error.value)) == hint
 
 
+def test_a_value_that_does_not_fit_is_named_with_its_size() -> None:
+    """The largest of the column: a controller's format ends at a million."""
+    q = np.zeros((3, 6))
+    q[1, 2], q[2, 2] = 2e4, -3e4
+    program = path_program(arm("RRRRRR", limit=4e4), q, name="x")
+    with pytest.raises(InputError, match=r"'J3' reaches 1.71887e\+06 .* below 1e\+06"):
+        export(program, "krl")
+
+
 def test_external_axes_by_name() -> None:
     program = path_program(arm("RRRRRRR"), np.arange(7)[None] / 10.0, name="table last")
     outside = Settings(external=("J7",))
