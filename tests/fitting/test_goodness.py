@@ -66,6 +66,18 @@ def test_a_reading_counts_by_its_own_noise() -> None:
     assert found.fit_scale == pytest.approx(np.sqrt((1.5**2 - 0.6**2 - 1.2**2) / 2.0))
 
 
+def test_one_degree_of_freedom_of_the_means_is_one() -> None:
+    """Two means, five unknowns: all of the squares of the means are over one freedom."""
+    residual = np.repeat([[1.0, 2.0, 2.0], [0.0, 0.0, 4.0]], 2, axis=0)
+    residual[0, 0] += 0.5
+    residual[1, 0] -= 0.5
+    found = lack_of_fit(residual, noise(4), np.array([0, 0, 1, 1]), parameters=5)
+    assert found is not None
+    assert found.fit_dof == 1
+    assert found.fit_scale == pytest.approx(np.sqrt(2 * 9.0 + 2 * 16.0))
+    assert found.pure_scale == pytest.approx(np.sqrt(0.5 / 6.0))
+
+
 def test_no_repeats_no_answer() -> None:
     assert lack_of_fit(np.ones((3, 3)), noise(3), np.arange(3), parameters=2) is None
 

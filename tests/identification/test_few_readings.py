@@ -18,7 +18,7 @@ from elastocal.identification.doubts import doubts
 from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
 from elastocal.identification.result import Identification
-from elastocal.identification.validation import leave_one_out
+from elastocal.identification.validation import leave_one_out, validate
 from elastocal.robot.chain import Tool
 from elastocal.robot.sources import three_link
 from tests.campaigns import SIGMA, TRUTH, arm, hung, measured
@@ -154,6 +154,24 @@ def test_what_one_experiment_carries_is_not_predicted_for_it_alone() -> None:
     judged = leave_one_out(found)
     assert judged.predicted.tolist() == [False, False] + [True] * 8
     assert judged.coordinates == 24
+
+
+def test_readings_are_judged_with_the_tool_they_were_made_with() -> None:
+    """The arm's own tool may be another one, as may the springs of the model."""
+    truth = ComplianceModel(THREE.springs, SOFT)
+    wrench = np.tile([30.0, 40, -100, 0, 0, 0], (4, 1))
+    cases = LoadCases(np.random.default_rng(7).uniform(-1, 1, (4, 3)), wrench)
+    tool = Tool(
+        "other", np.array([0.1, 0.2, 0.3]), np.array([[0.3, 0, 0], [0, 0.1, 0.2]]), ("a", "b")
+    )
+    data = measured(replace(THREE, tool=tool), cases, SOFT)
+    found = validate(arm_of_one(), truth, data)
+    assert np.abs(found.after).max() < 1e-15
+    assert np.abs(found.before).max() > 1e-5
+
+
+def arm_of_one() -> ElasticArm:
+    return ElasticArm(ROBOT, joint_springs(ROBOT, ["J2"]), ROBOT.tools["tip"])
 
 
 def test_a_common_prior_counts_as_readings() -> None:
