@@ -129,3 +129,11 @@ def test_a_combination_that_is_hardly_seen_is_refused_after_measuring_too() -> N
     readings = measured(bent, hung(12), np.array([1e-6, 1e-6]), rng=np.random.default_rng(0))
     with pytest.raises(IdentifiabilityError, match="link and twin"):
         identify(bent, readings)
+
+
+def test_each_matrix_of_a_batch_is_judged_on_its_own_scale() -> None:
+    """Tiny information beside large: its rank is its own."""
+    whole = np.diag([1.0, 2.0, 3.0])
+    batch = np.array([whole, 1e-30 * whole, np.diag([1.0, 0.0, 1.0])])
+    assert rank_of(batch).tolist() == [3, 3, 2]
+    assert [int(rank_of(one)) for one in batch] == [3, 3, 2]

@@ -101,6 +101,16 @@ def test_where_a_campaign_has_been_there_is_no_room(study: Study) -> None:
     np.testing.assert_allclose(np.degrees(room), [-1.0, -1.0, 0.5, -0.6, 1.0], atol=1e-9)
 
 
+def test_configurations_that_differ_by_rounding_are_one(study: Study) -> None:
+    """A controller shows the same place with other last digits."""
+    cases = hung(2, seed=3)
+    noise = 1e-11 * np.random.default_rng(0).normal(size=(4, 6))
+    again = LoadCases(np.round(np.tile(cases.q, (2, 1)), 6) + noise, np.tile(cases.wrench, (2, 1)))
+    before = done(study, measured(study.arm, again))
+    assert before.experiments == 4
+    np.testing.assert_allclose(before.cases.q, again.q[:2], atol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("most", "before", "left"), [(3, 5, 3), (3, 10, 2), (3, 11, 1), (None, 5, None)]
 )
