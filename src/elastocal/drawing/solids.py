@@ -97,6 +97,6 @@ def arrow(start: Array, along: Array, radius: float) -> Mesh:
 
 def circle(normal: Array, sides: int) -> Array:
     """(sides, 3) unit vectors square to `normal`, once around it."""
-    x, y, _ = -frame_about(normal / np.linalg.norm(normal)).T
+    x, y, _ = (0.0 - frame_about(normal / np.linalg.norm(normal))).T  # no zero becomes −0
     angles = 2.0 * np.pi * np.arange(sides) / sides
     return np.outer(np.cos(angles), x) + np.outer(np.sin(angles), y)
