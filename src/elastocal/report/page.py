@@ -14,7 +14,7 @@ from markupsafe import Markup
 from elastocal.drawing.palette import COLOURS
 from elastocal.errors import InputError
 from elastocal.report.contents import Contents
-from elastocal.report.section import Chapter, Section, Values
+from elastocal.report.section import Chapter, PageSection, Values
 from elastocal.report.sections.compensation import compensation_chapter
 from elastocal.report.sections.identification import identification_chapter
 from elastocal.report.sections.monte_carlo import monte_carlo_chapter
@@ -82,7 +82,7 @@ def _environment() -> Environment:
     return environment
 
 
-def _html(section: Section, environment: Environment) -> Markup:
+def _html(section: PageSection, environment: Environment) -> Markup:
     return Markup(environment.get_template(section.template).render(**section.values))
 
 

@@ -10,7 +10,7 @@ Values = Mapping[str, object]
 
 
 @dataclass(frozen=True)
-class Section:
+class PageSection:
     """One template with its values.
 
     Attributes:
@@ -41,4 +41,4 @@ class Chapter:
     """
 
     name: str
-    sections: tuple[Section, ...]
+    sections: tuple[PageSection, ...]

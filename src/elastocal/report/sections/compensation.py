@@ -20,7 +20,7 @@ from elastocal.report.contents import Contents
 from elastocal.report.layout import two_widths
 from elastocal.report.path_picture import magnification, path_picture
 from elastocal.report.scene import path_scene
-from elastocal.report.section import Chapter, Section, Values
+from elastocal.report.section import Chapter, PageSection, Values
 from elastocal.report.tables import BarTable, Row
 from elastocal.wording import together, worded
 from elastocal.wording.lists import counted
@@ -37,9 +37,9 @@ def compensation_chapter(contents: Contents) -> Chapter | None:
         return None
     path, scene = _path(contents, done)
     sections = (
-        Section("path", "Path", path, scene),
-        Section("remaining", "What remains", _remaining(contents, done)),
-        Section("corrections", "Corrections", _corrections(done)),
+        PageSection("path", "Path", path, scene),
+        PageSection("remaining", "What remains", _remaining(contents, done)),
+        PageSection("corrections", "Corrections", _corrections(done)),
     )
     return Chapter("Compensation", sections)
 

@@ -30,7 +30,7 @@ from elastocal.report.intervals import Family, families
 from elastocal.report.layout import two_widths
 from elastocal.report.residual_figures import residual_figures
 from elastocal.report.scene import vector_scene
-from elastocal.report.section import Chapter, Section, Values
+from elastocal.report.section import Chapter, PageSection, Values
 from elastocal.report.verdict import Tile
 from elastocal.wording import worded
 from elastocal.wording.lists import counted
@@ -47,8 +47,8 @@ def identification_chapter(contents: Contents) -> Chapter | None:
         return None
     figures = residual_figures(found)
     sections = (
-        Section("identification", "Compliances", _result(contents, found)),
-        Section(
+        PageSection("identification", "Compliances", _result(contents, found)),
+        PageSection(
             "residuals",
             "Residuals",
             {
@@ -63,8 +63,8 @@ def identification_chapter(contents: Contents) -> Chapter | None:
             },
             vector_scene(figures.stage, found.arm.robot),
         ),
-        Section("influence", "Influence", _influence(found)),
-        Section("correlation", "Correlation", _correlation(found)),
+        PageSection("influence", "Influence", _influence(found)),
+        PageSection("correlation", "Correlation", _correlation(found)),
     )
     return Chapter("Identification", sections)
 

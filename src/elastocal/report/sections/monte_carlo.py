@@ -12,7 +12,7 @@ from elastocal.report.charts.cloud import cloud_chart
 from elastocal.report.charts.histograms import histogram_chart
 from elastocal.report.contents import Contents
 from elastocal.report.layout import two_widths
-from elastocal.report.section import Chapter, Section, Values
+from elastocal.report.section import Chapter, PageSection, Values
 from elastocal.report.tables import BarTable, Row
 from elastocal.simulation.monte_carlo import Campaigns, MonteCarlo
 from elastocal.simulation.prediction import (
@@ -35,8 +35,8 @@ def monte_carlo_chapter(contents: Contents) -> Chapter | None:
     if found is None:
         return None
     sections = (
-        Section("monte-carlo", "Virtual campaigns", _errors(found)),
-        Section("coverage", "Estimates", _estimates(contents, found)),
+        PageSection("monte-carlo", "Virtual campaigns", _errors(found)),
+        PageSection("coverage", "Estimates", _estimates(contents, found)),
     )
     return Chapter("Monte Carlo", sections)
 

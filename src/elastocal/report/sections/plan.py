@@ -27,7 +27,7 @@ from elastocal.report.layout import two_widths
 from elastocal.report.planned_stage import planned_stage
 from elastocal.report.run_sheet import run_sheet, tool_points, way_home
 from elastocal.report.scene import scene
-from elastocal.report.section import Chapter, Section, Values
+from elastocal.report.section import Chapter, PageSection, Values
 from elastocal.report.verdict import bound_of, verdict
 from elastocal.wording.numbers import number
 
@@ -54,19 +54,19 @@ def plan_chapter(contents: Contents, *, alone: bool) -> Chapter | None:
     top = {**about, "verdict": said, "alone": alone}
     top["picture"] = group(drawn.planned, drawn.tests, drawn, 360.0)
     sections = [
-        Section("verdict", "" if alone else "Result", top),
-        Section("robot", "Robot", _robot(plan, drawn), scene(plan, drawn)),
-        Section("worth", "How good", _worth(plan, contents.random, contents.others)),
-        Section("errors", "Errors", {"errors": tables.standard_errors(plan)}),
-        Section("certificate", "Certificate", _certificate(plan, drawn, said.proof)),
-        Section("constraints", "Constraints", constraints),
-        Section("criteria", "Criteria", {"criteria": tables.criteria(plan, contents.others)}),
-        Section("run-sheet", "Run sheet", sheet),
+        PageSection("verdict", "" if alone else "Result", top),
+        PageSection("robot", "Robot", _robot(plan, drawn), scene(plan, drawn)),
+        PageSection("worth", "How good", _worth(plan, contents.random, contents.others)),
+        PageSection("errors", "Errors", {"errors": tables.standard_errors(plan)}),
+        PageSection("certificate", "Certificate", _certificate(plan, drawn, said.proof)),
+        PageSection("constraints", "Constraints", constraints),
+        PageSection("criteria", "Criteria", {"criteria": tables.criteria(plan, contents.others)}),
+        PageSection("run-sheet", "Run sheet", sheet),
     ]
     if contents.trade_off is not None:
         curves = _trade_off(plan, contents.trade_off)
         if curves:
-            sections.insert(3, Section("effort", "How many", {"curves": curves}))
+            sections.insert(3, PageSection("effort", "How many", {"curves": curves}))
     return Chapter("Plan", tuple(sections))
 
 

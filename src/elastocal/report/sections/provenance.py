@@ -8,11 +8,11 @@ from __future__ import annotations
 from elastocal import __version__
 from elastocal.measuring.measurements import Measurements
 from elastocal.report.contents import Contents
-from elastocal.report.section import Section
+from elastocal.report.section import PageSection
 from elastocal.robot.chain import Robot
 
 
-def provenance(contents: Contents) -> Section:
+def provenance(contents: Contents) -> PageSection:
     """Study, robot, files with their hashes, version."""
     facts: list[tuple[str, str]] = []
     plan = contents.plan
@@ -37,7 +37,7 @@ def provenance(contents: Contents) -> Section:
         facts.append(("Compensated with", model.source or "a model that does not say its source"))
     facts.append(("elastocal", __version__))
     text = "" if plan is None else plan.study.text
-    return Section("provenance", "Provenance", {"facts": facts, "text": text})
+    return PageSection("provenance", "Provenance", {"facts": facts, "text": text})
 
 
 def robot_of(contents: Contents) -> Robot | None:

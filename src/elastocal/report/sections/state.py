@@ -16,7 +16,7 @@ from elastocal.identification.result import Identification
 from elastocal.identification.validation import Validation, summary
 from elastocal.planning.plan import Plan
 from elastocal.report.contents import Contents
-from elastocal.report.section import Section
+from elastocal.report.section import PageSection
 from elastocal.report.sections.compensation import compensation_remarks
 from elastocal.report.sections.identification import readings_remarks
 from elastocal.report.sections.identification import remarks as identification_remarks
@@ -63,7 +63,7 @@ def title(contents: Contents) -> str:
     return f"{contents.plan.study.name}: calibration {'campaign' if later else 'plan'}"
 
 
-def state_section(contents: Contents) -> Section:
+def state_section(contents: Contents) -> PageSection:
     """State of the campaign."""
     robot = robot_of(contents)
     name = contents.plan.study.name if contents.plan is not None else ""
@@ -72,7 +72,7 @@ def state_section(contents: Contents) -> Section:
     missing = [Step(step, "", "–", said) for step, said in _NEXT.items() if step not in done]
     order = [*_NEXT, "Simulated"]
     steps = sorted([*steps, *missing], key=lambda step: order.index(step.name))
-    return Section(
+    return PageSection(
         "state",
         "",
         {

@@ -12,7 +12,7 @@ from elastocal.report.charts.dumbbells import dumbbell_chart
 from elastocal.report.charts.strips import Strips, strips_chart
 from elastocal.report.contents import Contents
 from elastocal.report.layout import two_widths
-from elastocal.report.section import Chapter, Section, Values
+from elastocal.report.section import Chapter, PageSection, Values
 from elastocal.report.tables import BarTable, Row
 from elastocal.wording import worded
 from elastocal.wording.lists import counted
@@ -24,7 +24,7 @@ def validation_chapter(contents: Contents) -> Chapter | None:
     found = contents.validation
     if found is None:
         return None
-    return Chapter("Validation", (Section("validation", "Before and after", _values(found)),))
+    return Chapter("Validation", (PageSection("validation", "Before and after", _values(found)),))
 
 
 def removed(found: Validation) -> float:
