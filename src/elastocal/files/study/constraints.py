@@ -24,6 +24,7 @@ from elastocal.files.values import (
 )
 from elastocal.files.yaml_lines import LocatedError
 from elastocal.robot.chain import Robot, Tool
+from elastocal.robot.joint_kinds import KINDS
 
 
 class BoxFile(Section):
@@ -74,7 +75,7 @@ class ConstraintsFile(Section):
 def limits_of(robot: Robot, entry: ConstraintsFile) -> Array:
     """(2, n) limits: the robot's, narrowed by the study, less the margin."""
     limits = np.array([robot.lower, robot.upper])
-    for path, i, (low, high) in by_joint(entry, "joint_limits_deg", "joint_limits_mm", robot):
+    for path, i, (low, high) in by_joint(robot, entry, "joint_limits_{}"):
         name, scale = robot.joint_names[i], robot.joints[i].kind.scale
         if not low < high:
             raise LocatedError(
@@ -89,14 +90,14 @@ def limits_of(robot: Robot, entry: ConstraintsFile) -> Array:
                 f"robot, {scale * limits[0, i]:.6g} to {scale * limits[1, i]:.6g}",
             )
         limits[:, i] = low, high
-    for key, margin, shown in (
-        ("joint_margin_deg", entry.joint_margin_deg, deg),
-        ("joint_margin_mm", entry.joint_margin_mm, mm),
-    ):
-        if margin < 0.0:
-            raise LocatedError((key,), f"{key} must not be negative, found {shown(margin)}")
-    margins = np.where(robot.prismatic, entry.joint_margin_mm, entry.joint_margin_deg)
-    return limits + np.outer([1.0, -1.0], margins)
+    margins = {}
+    for kind in KINDS:
+        key = f"joint_margin_{kind.key}"
+        margins[kind] = getattr(entry, key)
+        if margins[kind] < 0.0:
+            shown = kind.scale * margins[kind]
+            raise LocatedError((key,), f"{key} must not be negative, found {shown:g}")
+    return limits + np.outer([1.0, -1.0], [margins[joint.kind] for joint in robot.joints])
 
 
 def constraints_of(entry: ConstraintsFile, tool: Tool) -> tuple[Constraint, ...]:

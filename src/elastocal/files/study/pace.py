@@ -76,7 +76,7 @@ def _speed(motion: MotionFile, robot: Robot) -> Array:
         sliding if isinstance(sliding, float) else SLIDING_SPEED,
         turning if isinstance(turning, float) else SPEED,
     )
-    for _, i, value in by_joint(motion, "max_speed_deg_s", "max_speed_mm_s", robot):
+    for _, i, value in by_joint(robot, motion, "max_speed_{}_s"):
         speed[i] = value
     return speed
 
@@ -84,4 +84,4 @@ def _speed(motion: MotionFile, robot: Robot) -> Array:
 def _home(motion: MotionFile, robot: Robot) -> Array:
     if motion.home_deg is None and motion.home_mm is None:
         return unset()
-    return configuration(robot, motion, "home_deg", "home_mm")
+    return configuration(robot, motion, "home_{}")

@@ -27,6 +27,7 @@ from elastocal.files.values import (
 from elastocal.files.yaml_lines import LocatedError
 from elastocal.robot.chain import Robot, Tool
 from elastocal.robot.controller_axes import Coupling, coupling
+from elastocal.robot.joint_kinds import KINDS, PRISMATIC, REVOLUTE, kind_of
 from elastocal.robot.pose_check import KnownPose
 from elastocal.robot.sources import DHRow, from_dh, load
 from elastocal.robot.sources.urdf import from_urdf
@@ -130,7 +131,7 @@ def _from_file(entry: UrdfRobotFile, file: Path) -> Robot:
     limits = {n: (low, high) for n, (low, high) in (entry.limits_deg | entry.limits_mm).items()}
     packages = {name: file.parent / folder for name, folder in entry.packages.items()}
     robot = from_urdf(path, base=entry.base, tip=entry.tip, packages=packages, limits=limits)
-    list(by_joint(entry, "limits_deg", "limits_mm", robot))  # for its errors
+    list(by_joint(robot, entry, "limits_{}"))  # for its errors
     return robot
 
 
@@ -142,21 +143,21 @@ def _from_table(entry: DHRobotFile) -> Robot:
 
 
 def _row(row: DHRowFile, index: int) -> DHRow:
-    prismatic = row.type == "prismatic"
-    wrong = row.limits_deg if prismatic else row.limits_mm
-    if wrong is not None:
-        need = "limits_mm" if prismatic else "limits_deg"
+    kind = kind_of(row.type == PRISMATIC.name)
+    limits = {REVOLUTE: row.limits_deg, PRISMATIC: row.limits_mm}
+    if any(limits[other] is not None for other in KINDS if other is not kind):
+        need = f"limits_{kind.key}"
         raise LocatedError(("dh", index), f"joint {row.joint!r} is {row.type}: use {need}")
     if row.center_mm is not None and row.mass_kg is None:
         raise LocatedError(("dh", index), f"joint {row.joint!r}: center_mm needs mass_kg")
-    low, high = (row.limits_mm if prismatic else row.limits_deg) or (-np.inf, np.inf)
+    low, high = limits[kind] or (-np.inf, np.inf)
     return DHRow(
         name=row.joint,
         theta=row.theta_deg,
         d=row.d_mm,
         a=row.a_mm,
         alpha=row.alpha_deg,
-        prismatic=prismatic,
+        prismatic=kind is PRISMATIC,
         sign=float(row.sign),
         lower=low,
         upper=high,
@@ -168,7 +169,7 @@ def _row(row: DHRowFile, index: int) -> DHRow:
 def coupling_of(robot: Robot, entry: ControllerFile) -> Coupling:
     """What the controller shows."""
     robot.index([*entry.offsets_deg, *entry.offsets_mm])
-    shifts = by_joint(entry, "offsets_deg", "offsets_mm", robot)
+    shifts = by_joint(robot, entry, "offsets_{}")
     offsets = {robot.joint_names[i]: value for _, i, value in shifts}
     return coupling(
         robot,

@@ -35,7 +35,7 @@ def springs_section(robot: Robot, springs: VirtualJoints) -> dict[str, Any]:
         origin = own[:3, :3] @ springs.origin[i] + own[:3, 3]
         section[springs.names[i]] = {
             "carried_by": robot.joint_names[body - 1] if body else "base",
-            "type": "prismatic" if springs.prismatic[i] else "revolute",
+            "type": springs.kinds[i].name,
             "axis": [float(v) for v in own[:3, :3] @ springs.axis[i]],
             "origin_mm": [1e3 * float(v) for v in origin],
         }
