@@ -61,7 +61,6 @@ def compensate_command(
     from elastocal.files.paths.corrected_file import corrected_document, write_corrected
     from elastocal.files.paths.path_file import read_path
     from elastocal.files.study.study_file import read_study
-    from elastocal.terminal.compensations import show_compensation
 
     given = [study_file, model, path, *(more or []), *([truth] if truth else [])]
     writable(out, *given, suffix=".csv")
@@ -83,6 +82,8 @@ def compensate_command(
     if as_json:
         print_json(corrected_document(done, task, remaining))
     else:
+        from elastocal.terminal.compensations import show_compensation
+
         show_compensation(done, task, remaining)
     _refuse(done, task)
     # The program first: it can be refused.

@@ -53,7 +53,6 @@ def export_command(
     from elastocal.programs.approach import Approach
     from elastocal.programs.campaign_program import campaign_program
     from elastocal.programs.writers import Settings
-    from elastocal.terminal.programs import show_program
 
     study = study_of_plan(plan_file, study_file)
     proposal = read_proposal(plan_file, study)
@@ -78,6 +77,8 @@ def export_command(
     if as_json:
         print_json({"program": program.name, "files": [str(path) for path in files]})
         return
+    from elastocal.terminal.programs import show_program
+
     show_program(program, to, coupled=settings.coupling is not None)
     print("wrote " + " and ".join(str(path) for path in files))
 

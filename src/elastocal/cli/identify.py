@@ -47,18 +47,18 @@ def identify_command(
 ) -> None:
     """Identify the compliances from measurements; write model.json."""
     from elastocal.cli.inputs import model_at, readings
-    from elastocal.cli.stages import write_identification
+    from elastocal.files.models.identification_file import write_identification
     from elastocal.files.study.study_file import read_study
     from elastocal.identification.fit import Fit
     from elastocal.identification.identify import identify
-    from elastocal.terminal.identifications import show_identification
-    from elastocal.terminal.measurements import show_remarks
 
     models = [file for file in (mapping, prior, known) if file is not None]
     writable(out, study_file, *measurements, *models, suffix=".json")
     study = read_study(study_file)
     data = readings(study, measurements, mapping)
     if not as_json:  # before the fit: what looks odd explains why a fit fails
+        from elastocal.terminal.measurements import show_remarks
+
         show_remarks(data)
     identification = identify(
         study.arm,
@@ -71,6 +71,8 @@ def identify_command(
     if as_json:
         print_json(document)
         return
+    from elastocal.terminal.identifications import show_identification
+
     show_identification(identification)
     print(f"wrote {out}")
 
@@ -96,8 +98,6 @@ def validate_command(
     from elastocal.files.study.study_file import read_study
     from elastocal.identification.identify import identify
     from elastocal.identification.validation import leave_one_out, validate
-    from elastocal.terminal.identifications import show_validation
-    from elastocal.terminal.measurements import show_remarks
 
     study = read_study(study_file)
     data = readings(study, measurements, mapping)
@@ -117,5 +117,8 @@ def validate_command(
     if as_json:
         print_json(validation_document(validation))
         return
+    from elastocal.terminal.identifications import show_validation
+    from elastocal.terminal.measurements import show_remarks
+
     show_remarks(data)
     show_validation(validation)

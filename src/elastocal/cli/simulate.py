@@ -73,7 +73,6 @@ def simulate_command(
     from elastocal.identification.fit import Fit
     from elastocal.simulation.monte_carlo import campaigns
     from elastocal.simulation.virtual_campaign import LoadError, Outliers, Reality, simulate
-    from elastocal.terminal.console import progress
 
     out = out or Path("measurements.csv" if number is None else "campaigns.json")
     writable(out, study_file, truth, *plans, suffix=".csv" if number is None else ".json")
@@ -92,6 +91,8 @@ def simulate_command(
         _say_measurements(made, out, as_json)
         return
     named = {name: (p.load_cases, p.repeats) for name, p in proposals(plans, study).items()}
+    from elastocal.terminal.console import progress  # rich takes its time: where it is needed
+
     with progress("campaigns") as tell:
         result = campaigns(
             study,

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -18,9 +17,6 @@ from elastocal.elastic.compliance_model import ComplianceModel, merged_models
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InputError
 from elastocal.files.measurements.suspicious import kept_aside
-from elastocal.files.models.identification_section import identification_sections
-from elastocal.files.models.model_file import model_document, write_model
-from elastocal.files.models.provenance_section import provenance_section
 from elastocal.files.paths.path_file import read_path
 from elastocal.files.texts import write_text
 from elastocal.identification.identify import identify
@@ -36,17 +32,6 @@ from elastocal.terminal.console import progress
 
 _SAME = 1e-6  # difference in standard errors up to which a model is that of the measurements
 _RANDOM = 2000  # random plans to compare with
-
-
-def write_identification(
-    study: Study, identification: Identification, out: Path, *models: Path | None
-) -> dict[str, Any]:
-    """Write the model with all that was found out; `models` are the files it rests on besides."""
-    data, sections = identification.measurements, identification_sections(identification)
-    origin = provenance_section(study, data, *models)
-    how = {"provenance": origin, "sections": sections}
-    write_model(identification.model, out, study.robot, **how)
-    return model_document(identification.model, study.robot, **how)
 
 
 def stages(study: Study, files: Files, tool: str | None, confidence: float) -> Contents:

@@ -18,7 +18,6 @@ from elastocal.cli.planning import planned
 from elastocal.cli.stages import (
     virtual_campaigns,
     with_compensation,
-    write_identification,
     write_report,
 )
 from elastocal.compensation.compensate import compensate
@@ -27,6 +26,7 @@ from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InputError
 from elastocal.files.measurements.measurement_file import read_measurements, write_measurements
 from elastocal.files.measurements.suspicious import kept_aside
+from elastocal.files.models.identification_file import write_identification
 from elastocal.files.models.model_file import read_model
 from elastocal.files.paths.corrected_file import write_corrected
 from elastocal.files.paths.path_file import read_path

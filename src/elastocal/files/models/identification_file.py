@@ -1,0 +1,23 @@
+"""The model file of an identification, with how it was found and what it was made from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from elastocal.files.models.identification_section import identification_sections
+from elastocal.files.models.model_file import model_document, write_model
+from elastocal.files.models.provenance_section import provenance_section
+from elastocal.identification.result import Identification
+from elastocal.study.study import Study
+
+
+def write_identification(
+    study: Study, identification: Identification, out: Path, *models: Path | None
+) -> dict[str, Any]:
+    """Write the model with all that was found out; `models` are the files it rests on besides."""
+    data, sections = identification.measurements, identification_sections(identification)
+    origin = provenance_section(study, data, *models)
+    how = {"provenance": origin, "sections": sections}
+    write_model(identification.model, out, study.robot, **how)
+    return model_document(identification.model, study.robot, **how)
