@@ -63,6 +63,7 @@ Code = Literal[
     "too-few-configurations",
     "too-few-readings",
     "no-configuration",
+    "no-freedom",
     # of readings
     "degrees-for-radians",
     "radians-for-degrees",

@@ -12,7 +12,7 @@ from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import regressor
 from elastocal.elastic.springs import joint_springs
-from elastocal.errors import IdentifiabilityError, InputError
+from elastocal.errors import Doubt, IdentifiabilityError, InputError
 from elastocal.fitting.robust import EFFICIENCY, LOSSES, inflation, robust_scale
 from elastocal.identification.doubts import doubts
 from elastocal.identification.fit import Fit
@@ -83,8 +83,9 @@ def test_without_freedom_sigma_cannot_be_estimated() -> None:
     assert known.dof == 0
     assert np.isnan(known.scale)
     np.testing.assert_allclose(known.compliance, SOFT, rtol=1e-9)
-    with pytest.raises(IdentifiabilityError, match="1 readings leave no degree of freedom"):
+    with pytest.raises(IdentifiabilityError) as error:
         identify(arm(names), data, Fit("linear", "estimated"))
+    assert error.value.doubts == (Doubt("no-freedom", (), (), {"readings": 1}),)
 
 
 @pytest.mark.parametrize("nonnegative", [False, True])

@@ -6,7 +6,7 @@ or of a kind unknown here, has no surface and returns None.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -31,6 +31,8 @@ class Surface:
         outlines: Polylines (., 3) [m].
         label: (3,) where the name is written [m].
         opacity: How much of what is behind it is hidden.
+        about: Name of the point it limits; empty if it limits none.
+        phrase: Its name with a gap for that of the point.
     """
 
     name: str
@@ -38,18 +40,26 @@ class Surface:
     outlines: tuple[Array, ...]
     label: Array
     opacity: float = 0.13
+    about: str = ""
+    phrase: str = ""
 
 
 def wall(constraint: Constraint, stage: Stage) -> Surface | None:
     """A limit that stands in the room, the same for every configuration."""
     if isinstance(constraint, HalfSpace):
-        return _plane(constraint, stage)
+        plane = _plane(constraint, stage)
+        return None if plane is None else _about(constraint, plane)
     if isinstance(constraint, MinRadius):
-        return _cylinder(constraint, stage)
+        return _about(constraint, _cylinder(constraint, stage))
     if isinstance(constraint, Clearance) and constraint.obstacle is not None:
         solid, outlines = solid_of(constraint.obstacle)
         return Surface(constraint.what, solid, outlines, top_of(solid), OPACITY)
     return None
+
+
+def _about(constraint: HalfSpace | MinRadius, surface: Surface) -> Surface:
+    """The surface, with what it says of which point."""
+    return replace(surface, about=constraint.about, phrase=constraint.phrase)
 
 
 def aperture(constraint: Constraint, posture: Posture, at: Array, size: float) -> Surface | None:

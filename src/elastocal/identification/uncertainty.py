@@ -9,11 +9,12 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.elastic.compliance_model import ComplianceModel
-from elastocal.errors import IdentifiabilityError
+from elastocal.errors import Doubt, IdentifiabilityError
 from elastocal.fitting.least_squares import inverse_root
 from elastocal.fitting.robust import EFFICIENCY, inflation, robust_scale
 from elastocal.identification.fit import Fit
 from elastocal.identification.gauss_newton import Problem, Solution
+from elastocal.wording import worded
 
 
 def noise(how: Fit, found: Solution, chi_square: float, dof: int) -> tuple[float, float, float]:
@@ -30,10 +31,8 @@ def noise(how: Fit, found: Solution, chi_square: float, dof: int) -> tuple[float
     if not how.estimates_sigma:
         return scale, 1.0, np.inf
     if dof < 1:
-        raise IdentifiabilityError(
-            f"σ cannot be estimated: {len(found.residual)} readings leave no degree of freedom; "
-            "use a known σ, or measure more"
-        )
+        doubt = Doubt("no-freedom", numbers={"readings": len(found.residual)})
+        raise IdentifiabilityError(worded(doubt)).with_doubts(doubt)
     return scale, scale**2, float(dof)
 
 

@@ -109,21 +109,19 @@ def _joined(surfaces: Sequence[Surface]) -> tuple[Surface, ...]:
         for i, other in enumerate(kept):
             one, two = surface.solid.vertices, other.solid.vertices
             if one.shape == two.shape and np.allclose(one, two):
-                kept[i] = replace(other, name=_together(other.name, surface.name))
+                kept[i] = _together(other, surface)
                 break
         else:
             kept.append(surface)
     return tuple(kept)
 
 
-def _together(one: str, other: str) -> str:
-    """Two names in one: what they share is said once."""
-    words, others = one.split(" "), other.split(" ")
-    differ = [i for i, pair in enumerate(zip(words, others, strict=False)) if pair[0] != pair[1]]
-    if len(words) != len(others) or len(differ) != 1:
-        return f"{one}, {other}"
-    i = differ[0]
-    return " ".join([*words[:i], f"{words[i]}/{others[i]}", *words[i + 1 :]])
+def _together(one: Surface, other: Surface) -> Surface:
+    """One surface with both names: what they share is said once."""
+    if not one.about or one.phrase != other.phrase:
+        return replace(one, name=f"{one.name}, {other.name}", about="")
+    both = f"{one.about}/{other.about}"
+    return replace(one, name=one.phrase.format(both), about=both)
 
 
 def apertures(subject: Subject, tool: Tool, q: Array) -> tuple[Surface, ...]:

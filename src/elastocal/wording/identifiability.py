@@ -57,6 +57,10 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         f"by {described(doubt.numbers['by'], doubt.unit)}; relax it, or check the units and the "
         "joint limits"
     ),
+    "no-freedom": lambda doubt: (
+        f"σ cannot be estimated: {doubt.numbers['readings']} readings leave no degree of freedom; "
+        "use a known σ, or measure more"
+    ),
     "too-few-readings": lambda doubt: (
         f"{doubt.numbers['readings']} readings give {3 * doubt.numbers['readings']} coordinates, "
         f"too few for the {len(doubt.about)} compliances {', '.join(doubt.about)}"

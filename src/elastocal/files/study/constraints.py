@@ -132,12 +132,16 @@ def _workspace(name: str, point: Array, w: WorkspaceFile) -> list[Constraint]:
     found: list[Constraint] = []
     x, y, z = np.eye(3)
     if w.min_z_mm is not None:
-        found.append(HalfSpace(f"height of {name} >= {mm(w.min_z_mm)} mm", point, z, w.min_z_mm))
+        found.append(
+            HalfSpace(f"height of {{}} >= {mm(w.min_z_mm)} mm", point, z, w.min_z_mm, name)
+        )
     if w.max_z_mm is not None:
-        found.append(HalfSpace(f"height of {name} <= {mm(w.max_z_mm)} mm", point, -z, -w.max_z_mm))
+        found.append(
+            HalfSpace(f"height of {{}} <= {mm(w.max_z_mm)} mm", point, -z, -w.max_z_mm, name)
+        )
     if w.min_radius_mm is not None:
-        label = f"radius of {name} >= {mm(w.min_radius_mm)} mm"
-        found.append(MinRadius(label, point, w.min_radius_mm))
+        label = f"radius of {{}} >= {mm(w.min_radius_mm)} mm"
+        found.append(MinRadius(label, point, w.min_radius_mm, name))
     if w.box_mm is None:
         return found
     for axis, unit, low, high in zip("xyz", (x, y, z), w.box_mm.min, w.box_mm.max, strict=True):
@@ -146,8 +150,8 @@ def _workspace(name: str, point: Array, w: WorkspaceFile) -> list[Constraint]:
                 ("workspace", "box_mm"),
                 f"box_mm: min {axis} {mm(low)} must be below max {axis} {mm(high)}",
             )
-        found.append(HalfSpace(f"{axis} of {name} >= {mm(low)} mm", point, unit, low))
-        found.append(HalfSpace(f"{axis} of {name} <= {mm(high)} mm", point, -unit, -high))
+        found.append(HalfSpace(f"{axis} of {{}} >= {mm(low)} mm", point, unit, low, name))
+        found.append(HalfSpace(f"{axis} of {{}} <= {mm(high)} mm", point, -unit, -high, name))
     return found
 
 
