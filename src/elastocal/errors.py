@@ -94,6 +94,10 @@ Code = Literal[
     "no-task",
     "taken-as-rigid",
     "not-watched",
+    "name-twice",
+    "name-of-a-part",
+    "unknown-name",
+    "unusable-shape",
     # of a model, by poses read off at the robot
     "poses-differ",
     "counts-other-way",

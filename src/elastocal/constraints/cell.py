@@ -15,9 +15,10 @@ from elastocal.constraints.collision.chain import robot_solids, tool_solids
 from elastocal.constraints.collision.coal_distance import coal
 from elastocal.constraints.collision.contacts import obstacle_pairs, self_pairs
 from elastocal.constraints.collision.solid import Solid, solids_of
-from elastocal.errors import InputError
+from elastocal.errors import Doubt, InputError
 from elastocal.robot.chain import Robot, Tool
 from elastocal.robot.shapes import Shape
+from elastocal.wording import worded
 
 ITSELF = "itself"
 """What the robot is called as an obstacle to its own motion."""
@@ -63,7 +64,7 @@ def clearances(
     """
     links = robot_solids(robot, rules.link_radius, as_capsules=rules.as_capsules)
     solids = [*links, *tool_solids(robot, tool)]
-    things = [solids_of(shape, shape.name) for shape in obstacles]
+    things = [_solids_of(shape) for shape in obstacles]
     _check_names(robot, rules, solids, [shape.name for shape in obstacles])
     if not all(solid.exact for solid in [*solids, *(s for part in things for s in part)]):
         coal()  # say now that it is missing, not in the midst of planning
@@ -92,6 +93,14 @@ def clearances(
     return tuple(found)
 
 
+def _solids_of(obstacle: Shape) -> list[Solid]:
+    """The solids of an obstacle; an error says of which."""
+    try:
+        return solids_of(obstacle, obstacle.name)
+    except InputError as error:
+        raise error.with_doubts(Doubt("unusable-shape", (obstacle.name,))) from None
+
+
 def _outside_the_wrist(
     robot: Robot, tool: Tool, links: list[Solid], margin: float
 ) -> list[tuple[Solid, Solid]]:
@@ -113,11 +122,14 @@ def _check_names(
     own = list(dict.fromkeys([*robot.joint_names, "base", *(s.name for s in solids)]))
     for i, name in enumerate(obstacles):
         if name in obstacles[:i]:
-            raise InputError(f"two obstacles are called {name!r}")
+            doubt = Doubt("name-twice", (name,))
+            raise InputError(worded(doubt)).with_doubts(doubt)
         if name in own:
-            raise InputError(f"obstacle {name!r} has the name of a part of the robot")
+            doubt = Doubt("name-of-a-part", (name,))
+            raise InputError(worded(doubt)).with_doubts(doubt)
     known = [*own, *obstacles]
     for pair in rules.ignore:
         for name in pair:
             if name not in known:
-                raise InputError(f"nothing is called {name!r}; there are {', '.join(known)}")
+                doubt = Doubt("unknown-name", (name,), tuple(known))
+                raise InputError(worded(doubt)).with_doubts(doubt)

@@ -13,7 +13,7 @@ from elastocal.arrays import Array
 from elastocal.planning.certificate import Certificate
 from elastocal.planning.plan import Plan
 from elastocal.wording.lists import counted
-from elastocal.wording.numbers import given, length, number, percent
+from elastocal.wording.numbers import given, length, length_and_unit, number, percent
 
 
 @dataclass(frozen=True)
@@ -65,10 +65,9 @@ def verdict(plan: Plan, random: Array | None) -> Verdict:
         f"Root mean square position error that is left at {where} after compensation, "
         f"because measurements are noisy (σ\u00a0=\u00a0{given(study.sigma)} per axis)."
     )
-    shown = length(rho0).split(" ") if np.isfinite(rho0) else ["∞", ""]
     return Verdict(
         work,
-        (shown[0], shown[1]),
+        length_and_unit(rho0),
         meaning,
         tuple(_tiles(plan, random)),
         tuple(proof(plan.certificate)),

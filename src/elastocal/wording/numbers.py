@@ -70,10 +70,15 @@ def shown_unit(unit: str, values: Iterable[float] = ()) -> tuple[float, str]:
 
 def length(value: float, digits: int = 3) -> str:
     """A small length [m] with its unit."""
+    return " ".join(part for part in length_and_unit(value, digits) if part)
+
+
+def length_and_unit(value: float, digits: int = 3) -> tuple[str, str]:
+    """A small length [m] as a number and its unit, which is empty if it is not finite."""
     if not np.isfinite(value):
-        return number(value)
+        return number(value), ""
     factor, unit = length_unit([value])
-    return f"{number(factor * value, digits)} {unit}"
+    return number(factor * value, digits), unit
 
 
 def percent(share: float) -> str:

@@ -72,5 +72,13 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     "taken-as-rigid": lambda doubt: (
         f"{', '.join(doubt.about)}: taken as rigid, not identified by this study"
     ),
+    "name-twice": lambda doubt: f"two obstacles are called {doubt.about[0]!r}",
+    "name-of-a-part": lambda doubt: (
+        f"obstacle {doubt.about[0]!r} has the name of a part of the robot"
+    ),
+    "unknown-name": lambda doubt: (
+        f"nothing is called {doubt.about[0]!r}; there are {', '.join(doubt.because)}"
+    ),
+    "unusable-shape": lambda doubt: f"the shape of obstacle {doubt.about[0]!r} cannot be used",
     "not-watched": lambda doubt: f"{_NOT_WATCHED[doubt.because[0]]}: {', '.join(doubt.about)}",
 }

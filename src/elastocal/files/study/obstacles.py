@@ -11,7 +11,7 @@ import numpy as np
 from elastocal.arrays import Array
 from elastocal.constraints import Constraint
 from elastocal.constraints.cell import CollisionRules, clearances
-from elastocal.errors import InputError
+from elastocal.errors import Doubt, InputError
 from elastocal.files.values import (
     DegreeVector,
     Flag,
@@ -99,15 +99,17 @@ def clearances_of(
     try:
         return clearances(robot, tool, limits, obstacles, rules)
     except InputError as error:
-        raise LocatedError(_place(str(error), entries or []), str(error)) from None
+        raise LocatedError(_place(error.doubts, obstacles), str(error)) from None
 
 
-def _place(sentence: str, entries: Sequence[ObstacleFile]) -> Path_:
+def _place(doubts: Sequence[Doubt], obstacles: Sequence[Shape]) -> Path_:
     """The key that an error of the whole cell is about."""
-    for i, one in enumerate(entries):
-        if f"{one.name!r}" in sentence or (one.mesh and one.mesh in sentence):
+    named = {name for doubt in doubts for name in doubt.about}
+    for i, obstacle in enumerate(obstacles):
+        if obstacle.name in named:
             return ("obstacles", i)
-    return ("collision", "ignore") if "is called" in sentence else ("obstacles",)
+    unknown = any(doubt.code == "unknown-name" for doubt in doubts)
+    return ("collision", "ignore") if unknown else ("obstacles",)
 
 
 def _rules(entry: CollisionFile, robot: Robot) -> CollisionRules:
