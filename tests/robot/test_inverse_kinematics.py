@@ -129,11 +129,16 @@ def test_a_jump_of_the_poses_is_followed_too() -> None:
     np.testing.assert_allclose(found, q, atol=1e-8)
 
 
+@pytest.mark.parametrize(("joint", "side"), [(1, -1.0), (4, 1.0)], ids=["A2 lower", "A5 upper"])
 @pytest.mark.parametrize("beyond", [-0.004, 0.01])
-def test_a_path_does_not_leave_the_limits_between_its_ends(beyond: float) -> None:
-    """A2 swings by less than the slack from inside its range to its limit, or over it, and back."""
+def test_a_path_does_not_leave_the_limits_between_its_ends(
+    beyond: float, joint: int, side: float
+) -> None:
+    """A joint swings by less than the slack from inside its range to its limit, or over it."""
+    limit = (KUKA.lower if side < 0.0 else KUKA.upper)[joint]
     q = np.tile(TEST_POSE, (17, 1))
-    q[:, 1] = KUKA.lower[1] + 0.005 - (0.005 + beyond) * np.sin(np.linspace(0.0, np.pi, 17))
+    swing = (0.005 + beyond) * np.sin(np.linspace(0.0, np.pi, 17))
+    q[:, joint] = limit + side * (swing - 0.005)
     found, last = follow(KUKA, TCP, poses(q), q[0])
     assert ((found >= KUKA.lower) & (found <= KUKA.upper)).all()
     if beyond < 0.0:
@@ -141,7 +146,7 @@ def test_a_path_does_not_leave_the_limits_between_its_ends(beyond: float) -> Non
         return
     assert not last.found
     reached = len(found) - 1
-    assert reached == int(np.argmax(q[:, 1] < KUKA.lower[1]))
+    assert reached == int(np.argmax(side * (q[:, joint] - limit) > 0.0))
     np.testing.assert_allclose(found[:reached], q[:reached], atol=1e-8)
 
 
