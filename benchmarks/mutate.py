@@ -186,27 +186,28 @@ def mutated(text: str, index: int) -> str:
 def drawn(files: list[Path], count: int, seed: int) -> list[Mutant]:
     """Mutants, as many from every file, evenly over kinds, at most two on a line."""
     rng = random.Random(seed)
-    queues = {file: _queue(file, rng) for file in files}
-    chosen: list[tuple[Path, int, str, ast.AST]] = []
+    texts = {file: file.read_text("utf-8") for file in files}
+    plain = {file: ast.unparse(ast.parse(text)).split("\n") for file, text in texts.items()}
+    queues = {file: _queue(texts[file], rng) for file in files}
+    chosen: list[Mutant] = []
     while len(chosen) < count and any(queues.values()):
         for file in rng.sample(files, len(files)):
-            if queues[file] and len(chosen) < count:
-                chosen.append((file, *queues[file].pop()))
-    result = []
-    for number, (file, index, kind, node) in enumerate(chosen):
-        text = file.read_text("utf-8")
-        before, after = ast.unparse(ast.parse(text)).split("\n"), mutated(text, index).split("\n")
-        differ = [(a, b) for a, b in zip(before, after, strict=False) if a != b] or [("", "")]
-        name = str(file.relative_to(PACKAGE))
-        old, new = (side.strip() for side in differ[0])
-        result.append(Mutant(number, name, node.lineno, kind, index, old, new))
-    return result
+            if not queues[file] or len(chosen) == count:
+                continue
+            index, kind, node = queues[file].pop()
+            after = mutated(texts[file], index).split("\n")
+            lines = zip(plain[file], after, strict=False)
+            old, new = next(((a.strip(), b.strip()) for a, b in lines if a != b), ("", ""))
+            if old != new:  # as they are where the same argument is given twice
+                name = str(file.relative_to(PACKAGE))
+                chosen.append(Mutant(len(chosen), name, node.lineno, kind, index, old, new))
+    return chosen
 
 
-def _queue(file: Path, rng: random.Random) -> list[tuple[int, str, ast.AST]]:
+def _queue(text: str, rng: random.Random) -> list[tuple[int, str, ast.AST]]:
     """Changes of a file, last first: kinds in turn, at most two on a line."""
     by_kind = defaultdict(list)
-    for index, (kind, node, _) in enumerate(changes(ast.parse(file.read_text("utf-8")))):
+    for index, (kind, node, _) in enumerate(changes(ast.parse(text))):
         by_kind[kind].append((index, kind, node))
     for kind in by_kind.values():
         rng.shuffle(kind)
@@ -255,6 +256,7 @@ def measure(folder: Path, tests: list[str]) -> None:
     """One run of all tests under coverage."""
     command = [sys.executable, "-m", "pytest", *tests, "-q", "-m", "not slow and not full",
                "--cov=elastocal", "--cov-context=test", "--cov-report=", "--durations=0", "-vv",
+               "--numprocesses=auto",
                *(f"--ignore={name}" for name in SKIPPED)]  # fmt: skip
     environment = os.environ | {"COVERAGE_FILE": str(folder / "coverage")}
     run = subprocess.run(

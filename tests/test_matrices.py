@@ -137,3 +137,9 @@ def test_each_matrix_of_a_batch_is_judged_on_its_own_scale() -> None:
     batch = np.array([whole, 1e-30 * whole, np.diag([1.0, 0.0, 1.0])])
     assert rank_of(batch).tolist() == [3, 3, 2]
     assert [int(rank_of(one)) for one in batch] == [3, 3, 2]
+
+
+def test_what_is_not_seen_at_all_comes_first() -> None:
+    """The first two only by their sum, the last one not at all."""
+    row = np.array([[1.0, 1.0, 0.0, 0.0], [0.0, 0.0, 2.0, 0.0]])
+    assert confounded(row.T @ row) == (Confounded((3,), 0), Confounded((0, 1), 1))
