@@ -7,10 +7,11 @@ poses, the support of a plan and what was measured are all batches of load cases
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from elastocal.arrays import Array, freeze
+from elastocal.arrays import Array, IntArray, freeze, frozen
 from elastocal.errors import InputError
 
 
@@ -36,6 +37,12 @@ class LoadCases:
             )
         if not (np.isfinite(q).all() and np.isfinite(wrench).all()):
             raise InputError("load cases must be finite numbers; found NaN or infinity")
+
+    @cached_property
+    def distinct(self) -> IntArray:
+        """(N,) number of each among the distinct load cases."""
+        together = np.round(np.hstack([self.q, self.wrench]), 9)
+        return frozen(np.unique(together, axis=0, return_inverse=True)[1].reshape(-1), np.int64)
 
     def __len__(self) -> int:
         return len(self.q)

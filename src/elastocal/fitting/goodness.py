@@ -46,6 +46,13 @@ def p_value_chi_square(chi_square: float, dof: int) -> float:
     return float(chdtrc(dof, chi_square)) if dof > 0 else float("nan")
 
 
+def quantile(probability: float, dof: float) -> float:
+    """Quantile of the normal distribution, or of Student's t."""
+    from scipy.special import ndtri, stdtrit
+
+    return float(ndtri(probability) if np.isinf(dof) else stdtrit(dof, probability))
+
+
 def lack_of_fit(
     residual: Array, noise: Array, group: IntArray, parameters: int, misfit: float = 0.0
 ) -> LackOfFit | None:

@@ -11,14 +11,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from elastocal.arrays import Array, IntArray, frozen
+from elastocal.arrays import Array, frozen
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.springs import merged, subset
 from elastocal.errors import Doubt, IdentifiabilityError, InputError
 from elastocal.fitting.goodness import lack_of_fit
 from elastocal.fitting.influence import Influence, influence, reordered
-from elastocal.fitting.least_squares import column_norms
 from elastocal.identification.fit import Fit
 from elastocal.identification.gauss_newton import (
     Problem,
@@ -27,7 +26,7 @@ from elastocal.identification.gauss_newton import (
     solve_linear,
 )
 from elastocal.identification.result import Identification
-from elastocal.identification.uncertainty import covariance_of, noise, quantile
+from elastocal.identification.uncertainty import covariance_of, noise
 from elastocal.matrices import confounded
 from elastocal.measuring.measurements import Measurements
 from elastocal.wording import worded
@@ -75,16 +74,11 @@ def identify(
     compliance[problem.free] = found.compliance
     spring = problem.arm.springs
     model = ComplianceModel(spring, compliance, covariance, freedom, measurements.source)
-    error = np.sqrt(np.diagonal(covariance))[problem.free]
-    half = quantile(0.5 + 0.5 * how.confidence, freedom) * error
-    configuration, influences, left_out = _influences(measurements, problem, found)
-    scaled = found.fit.triangle / column_norms(found.fit.triangle)
-    _, values, vectors = np.linalg.svd(scaled)
+    influences, left_out = _influences(measurements, problem, found)
     return Identification(
         model=model,
         identified=names,
         how=how,
-        interval=frozen(found.compliance[:, None] + np.outer(half, [-1.0, 1.0])),
         linear=frozen(linear.compliance[0]),
         scale=scale,
         chi_square=chi_square,
@@ -92,7 +86,8 @@ def identify(
         lack_of_fit=lack_of_fit(
             found.residual,
             problem.noise[0],
-            configuration[measurements.case] * len(measurements.tool.markers) + measurements.marker,
+            measurements.cases.distinct[measurements.case] * len(measurements.tool.markers)
+            + measurements.marker,
             p - len(problem.extra_values),
             misfit,
         ),
@@ -100,12 +95,9 @@ def identify(
         weight=frozen(found.weight),
         influence=influences[0],
         configuration_influence=influences[1],
-        configuration=frozen(configuration, np.int64),
         left_out=frozen(_in_metres(problem, left_out)),
-        singular_values=frozen(values),
-        combinations=frozen(vectors),
         held=tuple(n for n, h in zip(names, found.fit.held, strict=True) if h),
-        information=frozen(found.fit.information),
+        triangle=found.fit.triangle,
         variance=variance,
         iterations=found.iterations,
         measurements=measurements,
@@ -177,13 +169,11 @@ def _prior_misfit(problem: Problem, found: Solution) -> float:
 
 def _influences(
     measurements: Measurements, problem: Problem, found: Solution
-) -> tuple[IntArray, tuple[Influence, Influence], Array]:
-    """Distinct load case of every experiment; influence of experiments and of load cases;
-    residuals (R, 3) over the noise when an experiment is left out."""
+) -> tuple[tuple[Influence, Influence], Array]:
+    """Influence of experiments and of load cases; residuals (R, 3) over the noise when an
+    experiment is left out."""
     cases = measurements.cases
-    together = np.round(np.hstack([cases.q, cases.wrench]), 9)
-    _, configuration = np.unique(together, axis=0, return_inverse=True)
-    configuration = configuration.reshape(-1)
+    configuration = cases.distinct
     root = np.sqrt(found.weight)[:, None]
     rows = found.rows[:, :, problem.free] * root[..., None]
     residual = found.residual * root
@@ -199,7 +189,7 @@ def _influences(
     )
     shift = np.nan_to_num(own.shift)[measurements.case]
     left_out = found.residual - np.einsum("rip,rp->ri", found.rows[:, :, problem.free], shift)
-    return configuration, (own, by_case), left_out
+    return (own, by_case), left_out
 
 
 def _in_metres(problem: Problem, residual: Array) -> Array:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from elastocal.arrays import Array, IntArray
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.compliance_model import ComplianceModel
-from elastocal.fitting.goodness import LackOfFit
+from elastocal.fitting.goodness import LackOfFit, quantile
 from elastocal.fitting.influence import Influence
+from elastocal.fitting.least_squares import column_norms
 from elastocal.identification.fit import Fit
 from elastocal.measuring.measurements import Measurements
 
@@ -23,7 +25,6 @@ class Identification:
         model: All compliances, those that were known beforehand included, with their covariance.
         identified: Names of the p identified ones, in chain order.
         how: How they were fitted.
-        interval: (p, 2) confidence intervals [rad/(N·m) or m/N].
         linear: (p,) estimates of the linear model, from the same readings.
         scale: Estimated noise over that of instrument or file; 1 means: as promised.
         chi_square: Sum of the squared residuals over their variances, promised ones.
@@ -33,12 +34,9 @@ class Identification:
         weight: (R,) weights that a robust loss gave to the readings, 1 at most.
         influence: Of every experiment.
         configuration_influence: Of every distinct load case.
-        configuration: (N,) distinct load case of every experiment.
         left_out: (R, 3) residuals of every reading when its experiment is left out [m].
-        singular_values: (p,) of the scaled rows, largest first: how well combinations are seen.
-        combinations: (p, p) the combinations, in units of the columns' norms; one in each row.
         held: Names held at zero by `nonnegative`.
-        information: (p, p) inverse covariance for noise as promised, prior and weights included.
+        triangle: (p, p) upper triangular R with RᵀR the information.
         variance: Variance of the estimate over that of this information.
         iterations: Gauss-Newton steps.
         measurements: What was fitted.
@@ -48,7 +46,6 @@ class Identification:
     model: ComplianceModel
     identified: tuple[str, ...]
     how: Fit
-    interval: Array
     linear: Array
     scale: float
     chi_square: float
@@ -58,12 +55,9 @@ class Identification:
     weight: Array
     influence: Influence
     configuration_influence: Influence
-    configuration: IntArray
     left_out: Array
-    singular_values: Array
-    combinations: Array
     held: tuple[str, ...]
-    information: Array
+    triangle: Array
     variance: float
     iterations: int
     measurements: Measurements = field(repr=False)
@@ -83,6 +77,37 @@ class Identification:
     def standard_error(self) -> Array:
         """(p,) their standard errors."""
         return self.model.standard_error[self.index]
+
+    @property
+    def interval(self) -> Array:
+        """(p, 2) confidence intervals [rad/(N·m) or m/N]."""
+        half = quantile(0.5 + 0.5 * self.how.confidence, self.model.dof) * self.standard_error
+        return np.asarray(self.compliance[:, None] + np.outer(half, [-1.0, 1.0]))
+
+    @property
+    def information(self) -> Array:
+        """(p, p) inverse covariance for noise as promised, prior and weights included."""
+        return np.asarray(self.triangle.T @ self.triangle)
+
+    @property
+    def configuration(self) -> IntArray:
+        """(N,) distinct load case of every experiment."""
+        return self.measurements.cases.distinct
+
+    @property
+    def singular_values(self) -> Array:
+        """(p,) of the scaled rows, largest first: how well the combinations are seen."""
+        return self._decomposed[0]
+
+    @property
+    def combinations(self) -> Array:
+        """(p, p) the combinations, in units of the columns' norms; one in each row."""
+        return self._decomposed[1]
+
+    @cached_property
+    def _decomposed(self) -> tuple[Array, Array]:
+        _, values, vectors = np.linalg.svd(self.triangle / column_norms(self.triangle))
+        return values, vectors
 
     @property
     def noise_factor(self) -> float:

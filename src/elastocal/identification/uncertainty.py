@@ -1,4 +1,4 @@
-"""Uncertainty of a fit: noise, covariance, quantiles.
+"""Uncertainty of a fit: noise and covariance.
 
 In: how it was fitted, where it came to rest. Out: covariance of all springs and its freedom.
 """
@@ -65,10 +65,3 @@ def covariance_of(
     covariance[np.ix_(others, moving)] = (passed @ given).T
     covariance[np.ix_(others, others)] = given
     return covariance
-
-
-def quantile(probability: float, dof: float) -> float:
-    """Quantile of the normal distribution, or of Student's t."""
-    from scipy.special import ndtri, stdtrit
-
-    return float(ndtri(probability) if np.isinf(dof) else stdtrit(dof, probability))

@@ -15,10 +15,9 @@ from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.equilibrium import deflection_and_gradient
 from elastocal.errors import Doubt, InputError
-from elastocal.fitting.goodness import SURE, p_value_chi_square
+from elastocal.fitting.goodness import SURE, p_value_chi_square, quantile
 from elastocal.identification.leave_one_out import left_out_covariance
 from elastocal.identification.result import Identification
-from elastocal.identification.uncertainty import quantile
 from elastocal.measuring.measurements import Measurements
 
 

@@ -15,10 +15,10 @@ from elastocal.arrays import Array, IntArray, frozen
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InputError
+from elastocal.fitting.goodness import quantile
 from elastocal.identification.batch import Design, fit_all, predicted_covariance
 from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
-from elastocal.identification.uncertainty import quantile
 from elastocal.simulation.remaining_error import Judge, errors_left, judge
 from elastocal.simulation.virtual_campaign import (
     Reality,
