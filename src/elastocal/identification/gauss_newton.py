@@ -215,7 +215,7 @@ def _iterate(problem: Problem, model: _Linear | _Bent, loss: Loss, start: Array)
     free = problem.free
     compliance = np.tile(problem.start, (len(start), 1))
     compliance[:, free] = start
-    refine = model.direct and len(start) == 1  # steps, and hundreds of estimates, need no more
+    refine = len(start) == 1  # estimates by the hundred need no more digits than they have
     for iteration in range(1, _MOST_STEPS + 1):
         rows, values = _read(problem, *model.at(compliance))
         weight = _weights(problem, loss, values)
