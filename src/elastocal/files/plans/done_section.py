@@ -2,15 +2,47 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import BaseModel, BeforeValidator, Field
 
 from elastocal.arrays import frozen
-from elastocal.errors import PlanFileError
-from elastocal.files.plans.load_case_entries import finite_at, load_case_entries, read_load_cases
+from elastocal.files.plans.load_case_entries import (
+    Finite,
+    finite,
+    load_case_entries,
+    read_load_cases,
+    section_at,
+)
 from elastocal.robot.chain import Robot
 from elastocal.study.study import Done
+
+
+def _square(rows: Any) -> list[list[float]]:
+    """A symmetric matrix."""
+    size = len(rows) if isinstance(rows, list) else 0
+    if not size or any(not isinstance(row, list) or len(row) != size for row in rows):
+        raise ValueError(" must be as many rows as columns")
+    matrix = [[finite(v, 1e30) for v in row] for row in rows]
+    if not np.allclose(matrix, np.transpose(matrix), rtol=1e-6):
+        raise ValueError(" is not symmetric")
+    return matrix
+
+
+_Text = Annotated[str, BeforeValidator(str)]
+
+
+class DoneFile(BaseModel):
+    """The section `after`: what was measured before."""
+
+    information_N2m2: Annotated[list[list[float]], BeforeValidator(_square)] = Field(
+        default=None, validate_default=True
+    )
+    measurements: _Text = ""
+    sha256: _Text = ""
+    experiments: Finite = Field(default=None, validate_default=True)
+    configurations: Any = None
 
 
 def done_section(robot: Robot, done: Done) -> dict[str, Any]:
@@ -30,26 +62,11 @@ def read_done(entry: Any, robot: Robot, where: str) -> Done:
     Raises:
         PlanFileError: it is wrong; names the key.
     """
-    if not isinstance(entry, dict):
-        raise PlanFileError(f"{where}: expected a section of keys")
-    rows = entry.get("information_N2m2")
-    size = len(rows) if isinstance(rows, list) else 0
-    if not size or any(not isinstance(row, list) or len(row) != size for row in rows or []):
-        raise PlanFileError(f"{where}: information_N2m2 must be as many rows as columns")
-    table = [[_number(v, f"{where}: information_N2m2") for v in row] for row in rows or []]
-    information = np.array(table)
-    if not np.allclose(information, information.T, rtol=1e-6):
-        raise PlanFileError(f"{where}: information_N2m2 is not symmetric")
+    section = section_at(DoneFile, entry, where)
     return Done(
-        source=str(entry.get("measurements", "")),
-        sha256=str(entry.get("sha256", "")),
-        experiments=int(finite_at(entry.get("experiments"), f"{where}: experiments")),
-        cases=read_load_cases(entry.get("configurations"), robot, f"{where}: configurations"),
-        information=frozen(information),
+        source=section.measurements,
+        sha256=section.sha256,
+        experiments=int(section.experiments),
+        cases=read_load_cases(section.configurations, robot, f"{where}: configurations"),
+        information=frozen(np.array(section.information_N2m2)),
     )
-
-
-def _number(value: Any, where: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) < 1e30:
-        raise PlanFileError(f"{where}: expected a finite number, found {str(value)[:40]}")
-    return float(value)

@@ -2,25 +2,80 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
-from typing import Any
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
+from pydantic import AfterValidator, BaseModel, BeforeValidator, Field, ValidationError
 
 from elastocal.arrays import Array
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InputError, PlanFileError
 from elastocal.files.study.joint_values import configuration
-from elastocal.files.values import Section
+from elastocal.files.tables.numbers import LARGEST
 from elastocal.robot.chain import Robot
 
-LARGEST = 1e9
-"""Numbers beyond this are mistakes in any unit of these files."""
+
+def finite(value: Any, largest: float = LARGEST) -> float:
+    """A number below `largest`; other values raise what is said behind the name of their key."""
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if not number or not abs(value) < largest:
+        raise ValueError(f": expected a finite number, found {str(value)[:40]}")
+    return float(value)
 
 
-class _Joints(Section):
-    q_deg: dict[str, float]
-    q_mm: dict[str, float]
+def _three(value: Any) -> list[float]:
+    if not isinstance(value, list) or len(value) != 3:
+        raise ValueError(f": expected three numbers [x, y, z], found {value!r}")
+    return [finite(entry) for entry in value]
+
+
+def _by_name(value: Any) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise ValueError(" must give values by joint name")
+    return value
+
+
+Finite = Annotated[float, BeforeValidator(lambda value: finite(value))]
+_Degrees = Annotated[Finite, AfterValidator(math.radians)]
+_Millimetres = Annotated[Finite, AfterValidator(lambda value: value / 1e3)]
+_Three = Annotated[list[float], BeforeValidator(_three)]
+
+
+class ConfigurationFile(BaseModel):
+    """A configuration of a plan; what else stands there is not read here."""
+
+    q_deg: Annotated[dict[str, _Degrees], BeforeValidator(_by_name)] = Field(default_factory=dict)
+    q_mm: Annotated[dict[str, _Millimetres], BeforeValidator(_by_name)] = Field(
+        default_factory=dict
+    )
+
+
+class LoadCaseFile(ConfigurationFile):
+    """A load case of a plan."""
+
+    force_N: _Three = Field(default=None, validate_default=True)
+    torque_Nm: _Three = Field(default_factory=lambda: [0.0, 0.0, 0.0])
+
+
+_Section = TypeVar("_Section", bound=BaseModel)
+
+
+def section_at(model: type[_Section], entry: Any, where: str) -> _Section:
+    """The entry of a plan file as a section.
+
+    Raises:
+        PlanFileError: the first key that is wrong.
+    """
+    if not isinstance(entry, dict):
+        raise PlanFileError(f"{where}: expected a section of keys")
+    try:
+        return model.model_validate(entry)
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = " of ".join(str(part) for part in first["loc"])
+        raise PlanFileError(f"{where}: {key}{first['ctx']['error']}") from None
 
 
 def load_case_entries(robot: Robot, cases: LoadCases) -> Iterator[dict[str, Any]]:
@@ -52,27 +107,15 @@ def read_load_cases(entries: Any, robot: Robot, where: str) -> LoadCases:
     wrench = np.zeros((len(entries), 6))
     for i, entry in enumerate(entries):
         here = f"{where}, load case {i + 1}"
-        if not isinstance(entry, dict):
-            raise PlanFileError(f"{here}: expected a section of keys")
-        q[i] = configuration_at(entry, robot, here)
-        wrench[i, :3] = _vector(entry.get("force_N"), f"{here}: force_N")
-        wrench[i, 3:] = _vector(entry.get("torque_Nm", [0, 0, 0]), f"{here}: torque_Nm")
+        section = section_at(LoadCaseFile, entry, here)
+        q[i] = configuration_at(section, robot, here)
+        wrench[i] = section.force_N + section.torque_Nm
     return LoadCases(q, wrench)
 
 
-def configuration_at(entry: dict[str, Any], robot: Robot, where: str) -> Array:
-    """(n,) configuration of an entry with q_deg, and q_mm for joints that slide."""
-    values = {}
-    for key in ("q_deg", "q_mm"):
-        section = entry.get(key, {})
-        if not isinstance(section, dict):
-            raise PlanFileError(f"{where}: {key} must give values by joint name")
-        values[key] = {k: finite_at(v, f"{where}: {key} of {k}") for k, v in section.items()}
+def configuration_at(section: ConfigurationFile, robot: Robot, where: str) -> Array:
+    """(n,) configuration of a section with q_deg, and q_mm for joints that slide."""
     try:
-        section = _Joints.model_construct(
-            q_deg={k: float(np.radians(v)) for k, v in values["q_deg"].items()},
-            q_mm={k: v / 1e3 for k, v in values["q_mm"].items()},
-        )
         return configuration(robot, section)
     except InputError as error:
         raise PlanFileError(f"{where}: {error}") from None
@@ -80,16 +123,10 @@ def configuration_at(entry: dict[str, Any], robot: Robot, where: str) -> Array:
 
 def finite_at(value: Any, where: str) -> float:
     """A finite number of ordinary size."""
-    number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if not number or not abs(value) < LARGEST:
-        raise PlanFileError(f"{where}: expected a finite number, found {str(value)[:40]}")
-    return float(value)
-
-
-def _vector(value: Any, where: str) -> list[float]:
-    if not isinstance(value, list) or len(value) != 3:
-        raise PlanFileError(f"{where}: expected three numbers [x, y, z], found {value!r}")
-    return [finite_at(entry, where) for entry in value]
+    try:
+        return finite(value)
+    except ValueError as error:
+        raise PlanFileError(f"{where}{error}") from None
 
 
 def columns(robot: Robot) -> list[str]:

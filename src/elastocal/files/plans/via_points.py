@@ -9,12 +9,23 @@ import numpy as np
 
 from elastocal.arrays import Array, IntArray
 from elastocal.errors import PlanFileError
-from elastocal.files.plans.load_case_entries import configuration_at, configuration_entry
+from elastocal.files.plans.load_case_entries import (
+    ConfigurationFile,
+    configuration_at,
+    configuration_entry,
+    section_at,
+)
 from elastocal.robot.chain import Robot
 
 VIA = "via"
 """What stands for the number of a configuration in plan.csv where none is measured."""
 _MOST = 10_000
+
+
+class ViaFile(ConfigurationFile):
+    """A configuration on the way to a load case, or home."""
+
+    to: Any = None
 
 
 def via_document(robot: Robot, via: Sequence[Array]) -> dict[str, Any]:
@@ -38,15 +49,13 @@ def read_via(entries: Any, robot: Robot, count: int, where: str) -> tuple[Array,
     q, legs = [], []
     for i, entry in enumerate(entries):
         here = f"{where}, via {i + 1}"
-        if not isinstance(entry, dict):
-            raise PlanFileError(f"{here}: expected a section of keys")
-        to = entry.get("to")
-        leg = count if to == "home" else _whole(to) - 1
-        if not 0 <= leg < count and to != "home":
+        section = section_at(ViaFile, entry, here)
+        leg = count if section.to == "home" else _whole(section.to) - 1
+        if not 0 <= leg < count and section.to != "home":
             raise PlanFileError(
-                f"{here}: 'to' must be home or a load case from 1 to {count}, found {to!r}"
+                f"{here}: 'to' must be home or a load case from 1 to {count}, found {section.to!r}"
             )
-        q.append(configuration_at(entry, robot, here))
+        q.append(configuration_at(section, robot, here))
         legs.append(leg)
     order = np.argsort(legs, kind="stable")
     points = np.array(q).reshape(-1, len(robot.joints))
