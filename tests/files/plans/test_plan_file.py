@@ -92,3 +92,16 @@ def test_weights_of_a_certificate_are_shares(
     del document["certificate"]["continuous_design"]
     path.write_text(json.dumps(document), "utf-8")
     assert read_certified_design(path, plan.study.robot) is None
+
+
+def test_a_run_sheet_that_a_spreadsheet_saved_is_read(plan: ec.Plan, tmp_path: Path) -> None:
+    ec.write_run_sheet(plan, tmp_path / "plan.csv")
+    text = (tmp_path / "plan.csv").read_text("utf-8").replace(",", ";")
+    header, *rows = text.split("\n")
+    saved = "\r\n".join([header, *(row.replace(".", ",") for row in rows)])
+    (tmp_path / "saved.csv").write_bytes(saved.encode("cp1252"))
+    sheet = ec.read_proposal(tmp_path / "plan.csv", plan.study)
+    again = ec.read_proposal(tmp_path / "saved.csv", plan.study)
+    np.testing.assert_array_equal(again.load_cases.q, sheet.load_cases.q)
+    np.testing.assert_array_equal(again.load_cases.wrench, sheet.load_cases.wrench)
+    np.testing.assert_array_equal(again.repeats, sheet.repeats)

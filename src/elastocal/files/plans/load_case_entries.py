@@ -52,8 +52,8 @@ class ConfigurationFile(BaseModel):
     )
 
 
-class LoadCaseFile(ConfigurationFile):
-    """A load case of a plan."""
+class WrenchFile(BaseModel):
+    """The load of a load case."""
 
     force_N: _Three = Field(default=None, validate_default=True)
     torque_Nm: _Three = Field(default_factory=lambda: [0.0, 0.0, 0.0])
@@ -107,9 +107,9 @@ def read_load_cases(entries: Any, robot: Robot, where: str) -> LoadCases:
     wrench = np.zeros((len(entries), 6))
     for i, entry in enumerate(entries):
         here = f"{where}, load case {i + 1}"
-        section = section_at(LoadCaseFile, entry, here)
-        q[i] = configuration_at(section, robot, here)
-        wrench[i] = section.force_N + section.torque_Nm
+        q[i] = configuration_at(section_at(ConfigurationFile, entry, here), robot, here)
+        load = section_at(WrenchFile, entry, here)
+        wrench[i] = load.force_N + load.torque_Nm
     return LoadCases(q, wrench)
 
 

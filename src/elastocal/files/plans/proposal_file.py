@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -15,8 +13,9 @@ from elastocal.arrays import Array, IntArray
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import PlanFileError
 from elastocal.files.plans.done_section import read_done
-from elastocal.files.plans.load_case_entries import LARGEST, columns, finite_at, read_load_cases
+from elastocal.files.plans.load_case_entries import columns, finite_at, read_load_cases
 from elastocal.files.plans.via_points import VIA, read_via, split_via
+from elastocal.files.tables.csv_table import PLAIN, read_table
 from elastocal.files.texts import read_text
 from elastocal.planning.remaining import knowing
 from elastocal.robot.chain import Robot
@@ -68,10 +67,9 @@ def read_proposal(path: str | Path, study: Study) -> Proposal:
         PlanFileError: not a plan, or not for this robot; names row, column or key.
     """
     path = Path(path)
-    text = read_text(path)
     if path.suffix.lower() == ".csv":
-        return _read_csv(text, path, study.robot)
-    return _read_json(text, path, study.robot)
+        return _read_csv(path, study.robot)
+    return _read_json(read_text(path), path, study.robot)
 
 
 def study_for(proposal: Proposal, study: Study) -> Study:
@@ -121,27 +119,24 @@ def _read_json(text: str, path: Path, robot: Robot) -> Proposal:
     cases = read_load_cases(entries, robot, str(path))
     counts = [entry.get("repeats") for entry in entries]
     repeats = np.array([_repeats(n, f"{path}, load case {i + 1}") for i, n in enumerate(counts)])
-    claims: dict[str, Any] = {}
-    if "rho0_mm" in document:
-        claims["rho0"] = finite_at(document["rho0_mm"], f"{path}: rho0_mm") / 1e3
-    if "experiments" in document:
-        claims["experiments"] = finite_at(document["experiments"], f"{path}: experiments")
-    certificate = document.get("certificate", {})
-    if isinstance(certificate, dict):
-        key = bound_key(str(document.get("criterion", "")))
-        if key in certificate:
-            claims["lower_bound"] = finite_at(certificate[key], f"{path}: {key}") / 1e3
-        if "efficiency" in certificate:
-            claims["efficiency"] = finite_at(certificate["efficiency"], f"{path}: efficiency")
-    errors = document.get("standard_error", {})
-    if isinstance(errors, dict):
-        claims["standard_error"] = {
-            str(name): finite_at(entry.get("value"), f"{path}: standard_error of {name}")
-            for name, entry in errors.items()
-            if isinstance(entry, dict)
-        }
-    study = document.get("study", {})
-    origin = study if isinstance(study, dict) else {}
+    certificate = _section(document, "certificate")
+    bound = bound_key(str(document.get("criterion", "")))
+    claims: dict[str, Any] = {
+        name: finite_at(section[key], f"{path}: {key}") / unit
+        for name, section, key, unit in (
+            ("rho0", document, "rho0_mm", 1e3),
+            ("experiments", document, "experiments", 1.0),
+            ("lower_bound", certificate, bound, 1e3),
+            ("efficiency", certificate, "efficiency", 1.0),
+        )
+        if key in section
+    }
+    claims["standard_error"] = {
+        str(name): finite_at(entry.get("value"), f"{path}: standard_error of {name}")
+        for name, entry in _section(document, "standard_error").items()
+        if isinstance(entry, dict)
+    }
+    origin = _section(document, "study")
     seed = document.get("seed")
     return Proposal(
         path.name,
@@ -158,6 +153,12 @@ def _read_json(text: str, path: Path, robot: Robot) -> Proposal:
     )
 
 
+def _section(document: dict[str, Any], key: str) -> dict[str, Any]:
+    """A section that is read only if it is one."""
+    section = document.get(key)
+    return section if isinstance(section, dict) else {}
+
+
 def _free(names: Any, robot: Robot) -> tuple[str, ...]:
     said = names if isinstance(names, list) else []
     return tuple(name for name in robot.joint_names if name in said)
@@ -169,61 +170,35 @@ def _repeats(value: Any, where: str) -> int:
     return value
 
 
-def _read_csv(text: str, path: Path, robot: Robot) -> Proposal:
-    try:
-        lines = list(enumerate(csv.reader(io.StringIO(text, newline=None)), 1))
-    except csv.Error as error:
-        raise PlanFileError(f"{path}: not a table of comma-separated values: {error}") from None
-    rows = [(number, row) for number, row in lines if any(cell.strip() for cell in row)]
-    if len(rows) < 2:
-        raise PlanFileError(f"{path}: expected a header and at least one configuration")
-    header = [cell.strip() for cell in rows[0][1]]
-    wanted = [*columns(robot)[1:], "repeats"]
+def _read_csv(path: Path, robot: Robot) -> Proposal:
+    table = read_table(path, PlanFileError)
+    header = [f"{name} [{unit}]" if unit else name for name, unit in table.columns]
     optional = {f"T{axis} [N.m]" for axis in "xyz"}
-    for column in wanted:
+    for column in [*columns(robot)[1:], "repeats"]:
         if column not in header and column not in optional:
             bare = column.split(" [")[0]
             near = [cell for cell in header if cell.split(" [")[0] == bare]
             hint = f", found {near[0]!r}" if near else ""
-            raise PlanFileError(f"{path}, line {rows[0][0]}: column {column!r} is missing{hint}")
-    table = np.zeros((len(rows) - 1, len(wanted)))
-    for i, (number, row) in enumerate(rows[1:]):
-        if len(row) != len(header):
             raise PlanFileError(
-                f"{path}, line {number}: {len(row)} cells where the header has {len(header)}"
+                f"{path}, line {table.header_line}: column {column!r} is missing{hint}"
             )
-        for j, column in enumerate(wanted):
-            if column in header:
-                cell = row[header.index(column)].strip()
-                where = f"{path}, line {number}, column {column!r}"
-                table[i, j] = _cell(cell, where)
-    n = len(robot.joints)
-    scale = np.array([joint.kind.si for joint in robot.joints])
-    first = header.index("configuration") if "configuration" in header else None
-    passed = np.array(
-        [first is not None and row[first].strip().lower() == VIA for _, row in rows[1:]]
-    )
-    repeats = table[:, -1]
-    for i, (number, _) in enumerate(rows[1:]):
-        whole = repeats[i] == round(repeats[i]) and 1 <= repeats[i] <= 1_000_000
-        if not whole and not passed[i]:
+    units = [(joint.name, {joint.kind.key: joint.kind.si}) for joint in robot.joints]
+    q = np.hstack([table.numbers([name], unit) for name, unit in units])
+    wrench = np.zeros((len(q), 6))
+    wrench[:, :3] = table.numbers(["Fx", "Fy", "Fz"], {"N": 1.0})
+    for i, name in enumerate(("Tx", "Ty", "Tz"), 3):
+        if name in table.names:
+            wrench[:, i] = table.numbers([name], {"N.m": 1.0})[:, 0]
+    names = table.text("configuration") if "configuration" in table.names else [""] * len(q)
+    stops = np.array([name.lower() != VIA for name in names])
+    repeats = table.numbers(["repeats"], PLAIN)[:, 0]
+    for (line, _), count, stop in zip(table.rows, repeats, stops, strict=True):
+        if stop and not (count == round(count) and 1 <= count <= 1_000_000):
             raise PlanFileError(
-                f"{path}, line {number}: repeats must be a whole number from 1, "
-                f"found {repeats[i]:g}"
+                f"{path}, line {line}: repeats must be a whole number from 1, found {count:g}"
             )
-    if passed.all():
+    if not stops.any():
         raise PlanFileError(f"{path}: expected at least one configuration that is measured")
-    q, stops = table[:, :n] * scale, ~passed
-    cases = LoadCases(q[stops], table[stops, n : n + 6])
-    via = split_via(q[passed], np.cumsum(stops)[passed], len(cases))
+    cases = LoadCases(q[stops], wrench[stops])
+    via = split_via(q[~stops], np.cumsum(stops)[~stops], len(cases))
     return Proposal(path.name, cases, repeats[stops].astype(np.int64), via=via)
-
-
-def _cell(cell: str, where: str) -> float:
-    try:
-        value = float(cell)
-    except ValueError:
-        raise PlanFileError(f"{where}: expected a number, found {cell!r}") from None
-    if not abs(value) < LARGEST:
-        raise PlanFileError(f"{where}: expected a finite number, found {cell[:40]!r}")
-    return value
