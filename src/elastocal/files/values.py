@@ -132,7 +132,8 @@ ListOrByName = Either[list[_T], dict[Name, _T]]
 class Section(BaseModel):
     """A mapping of the file; unknown keys are errors.
 
-    Fields are called as the keys of the file are; their values are in SI units.
+    Fields are called as the keys of the file are; their values are in SI units, their defaults,
+    as those of the file, in the unit of the key.
     """
 
-    model_config = ConfigDict(extra="forbid")
+    model_config = ConfigDict(extra="forbid", validate_default=True)

@@ -35,7 +35,7 @@ class TrackerFile(Section):
     elevation_deg: DegreeRange | None = None
     azimuth_deg: DegreeRange | None = None
     line_of_sight: Flag = True
-    beam_radius_mm: PositiveMillimetres = 0.01
+    beam_radius_mm: PositiveMillimetres = 10.0
 
 
 class InstrumentFile(Section):

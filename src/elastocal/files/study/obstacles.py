@@ -59,7 +59,7 @@ class ObstacleFile(Section):
 class CollisionFile(Section):
     """What counts as a collision."""
 
-    margin_mm: Millimetres = 0.02
+    margin_mm: Millimetres = 20.0
     motion_margin_mm: Millimetres | None = None
     self: Flag = True
     ignore: list[NamePair] | None = None

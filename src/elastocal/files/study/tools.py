@@ -28,7 +28,7 @@ class ToolFile(Section):
     markers_mm: dict[Name, MillimetreVector] | None = None
     marker_axes: dict[Name, Axis] | None = None
     acceptance_deg: OneOrByName[PositiveDegrees] | None = None
-    radius_mm: PositiveMillimetres = 0.03
+    radius_mm: PositiveMillimetres = 30.0
 
 
 def tool_of(name: str, entry: ToolFile) -> Tool:
