@@ -71,6 +71,8 @@ def dual_bound(
     base: Array,
     known: Array,
     rng: np.random.Generator,
+    *,
+    fresh: int = _FRESH,
 ) -> DualBound:
     """Bound from the gradient of `criterion` at `total`.
 
@@ -81,10 +83,11 @@ def dual_bound(
         base: (p, p) information there is anyway, per unit of weight.
         known: (K, d) points worth starting from.
         rng: Source of the fresh starts.
+        fresh: Number of fresh random starts; more are made if few of them reach the maximum.
     """
     gradient = criterion.gradient(total[None])[0]
     found, s, fresh_found = np.zeros((0, known.shape[1])), np.zeros(0), np.zeros(0, dtype=bool)
-    starts, batch = 0, _FRESH
+    starts, batch = 0, fresh
     while True:
         begin = np.concatenate([known, space.sample(batch, rng)])
         more, s_more, origin = climb(space, begin, gradient, _patient(len(begin)))
@@ -94,7 +97,7 @@ def dual_bound(
         starts += batch
         attained = int((s[fresh_found] > s.max() * (1.0 - 1e-4)).sum())
         # A summit that few starts reach may not be the highest: look on.
-        if attained >= _ENOUGH or starts >= _MOST * _FRESH:
+        if attained >= _ENOUGH or starts >= _MOST * fresh:
             break
         batch = starts
     # A higher summit may stand beside the highest one found, cut off by a constraint.
