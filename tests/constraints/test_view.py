@@ -290,6 +290,17 @@ def test_acceptance_is_the_angle_at_the_marker() -> None:
     assert aside.room(posture)[0] == pytest.approx(np.radians(-15.0))
 
 
+def test_acceptance_is_finite_where_beam_and_axis_align_to_the_last_digit() -> None:
+    """The cosine may be a little over one, toward the tracker and away from it."""
+    robot = kuka_kr270()
+    posture = Posture(robot, np.zeros((1, 6)))
+    at = posture.point(POINT)[:, 0]
+    for way in np.random.default_rng(0).normal(size=(200, 3)):
+        for sign, room in ((1.0, 0.5), (-1.0, 0.5 - np.pi)):
+            cone = AcceptanceCone("c", "M1", POINT, at + way, sign * way, 0.5)
+            assert cone.room(posture)[0] == pytest.approx(room, abs=1e-7)
+
+
 def test_seen_says_what_is_broken() -> None:
     cell = study()
     away = np.radians([[180.0, -60.0, 60.0, 0.0, 0.0, 0.0]])
