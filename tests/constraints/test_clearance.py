@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -93,6 +94,19 @@ def test_what_always_touches_is_left_out_and_listed() -> None:
     assert told[("A1", "A2")] == "neighbours"
     assert told[("A2", "A4")] == "always-touch"
     assert ("A1", "A4") not in told
+
+
+def test_nothing_is_left_out_that_is_free_somewhere() -> None:
+    """Links left out are nearer than the margin in every posture, by coal; all others watched."""
+    itself, oracle = watched([])["itself"], CellOracle(KUKA, TOOL, {}, 0.02)
+    names = [name for name, *_ in oracle.capsules(np.zeros(6))]
+    every = {frozenset(pair) for pair in combinations(names, 2)}
+    q = configurations(40, seed=2)
+    always = [x for x in itself.unwatched if x.why in ("always-touch", "always-near")]
+    for pair in ({x.first, x.second} for x in always):
+        assert all(oracle.itself(one, every - {frozenset(pair)}) < 0.02 for one in q), pair
+    kept = {itself.pair_name(p) for p in range(len(itself.pairs))}
+    assert {"A5 from A1", "tool from A1", "A4 from A1", "tool from A3"} <= kept
 
 
 def test_what_the_robot_stands_on_is_left_out_and_a_wall_in_its_way_is_not() -> None:
