@@ -114,8 +114,17 @@ def _putter(parent: ast.AST, name: str, at: int) -> Callable[[ast.AST], None]:
     return put
 
 
-def _variants(node: ast.AST, parent: ast.AST) -> Iterator[tuple[str, Callable[[], ast.AST]]]:
+Variants = Iterator[tuple[str, Callable[[], ast.AST]]]
+
+
+def _variants(node: ast.AST, parent: ast.AST) -> Variants:
     """Kinds of change of one node, and what makes the new node."""
+    yield from _of_operations(node)
+    yield from _of_values(node, parent)
+    yield from _of_calls_and_statements(node)
+
+
+def _of_operations(node: ast.AST) -> Variants:
     match node:
         case ast.BinOp(left=left, op=op, right=right):
             if type(op) in OPERATORS:
@@ -138,6 +147,10 @@ def _variants(node: ast.AST, parent: ast.AST) -> Iterator[tuple[str, Callable[[]
             whole = isinstance(others[0], ast.Constant) and isinstance(others[0].value, int)
             if whole and type(op) in SHIFTED:
                 yield "comparison", lambda: ast.Compare(left, [SHIFTED[type(op)](), *rest], others)
+
+
+def _of_values(node: ast.AST, parent: ast.AST) -> Variants:
+    match node:
         case ast.Constant(value=bool() as value):
             yield "constant", lambda: ast.Constant(not value)
         case ast.Constant(value=int() | float() as value):
@@ -153,6 +166,10 @@ def _variants(node: ast.AST, parent: ast.AST) -> Iterator[tuple[str, Callable[[]
             yield "min and max", lambda: ast.Attribute(value, PAIRS[name], ast.Load())
         case ast.Name(id=name) if name in PAIRS and isinstance(parent, ast.Call):
             yield "min and max", lambda: ast.Name(PAIRS[name], ast.Load())
+
+
+def _of_calls_and_statements(node: ast.AST) -> Variants:
+    match node:
         case ast.Call(func=func, args=args, keywords=keywords):
             name = getattr(func, "attr", getattr(func, "id", ""))
             if name in DROPPED and args:
@@ -160,7 +177,7 @@ def _variants(node: ast.AST, parent: ast.AST) -> Iterator[tuple[str, Callable[[]
             if len(args) == 2 and name not in PAIRS:
                 yield "arguments", lambda: ast.Call(func, args[::-1], keywords)
             for k, keyword in enumerate(keywords):
-                if keyword.arg:
+                if keyword.arg not in (None, "strict", "dtype"):
                     left_over = keywords[:k] + keywords[k + 1 :]
                     yield "dropped keyword", lambda m=left_over: ast.Call(func, args, m)
         case ast.IfExp(test=test, body=body, orelse=orelse):
