@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from elastocal.arrays import Array
-from elastocal.fitting.least_squares import column_norms, fit
+from elastocal.fitting.least_squares import column_norms, fit, fits
 from tests.fitting.nist import DATASETS
 
 # Correct digits wanted. For Filip double precision sets the limit: the condition of its scaled
@@ -82,3 +82,15 @@ def test_without_unknowns_the_values_are_left() -> None:
     found = fit(np.zeros((3, 0)), np.array([1.0, 2.0, 2.0]))
     assert found.residual_sum == pytest.approx(9.0)
     assert found.estimate.shape == found.held.shape == (0,)
+
+
+def test_under_bounds_the_residual_sum_is_that_of_the_estimate() -> None:
+    """What holding an unknown costs is in it, for each of several sets of values."""
+    rng = np.random.default_rng(4)
+    rows, values = rng.normal(size=(9, 2)), rng.normal(size=(3, 9))
+    values[0] = rows @ [-2.0, 1.0]  # exact, but for the bound
+    found = fits(rows[None], values, lower=np.zeros((3, 2)))
+    left = values - found.estimate @ rows.T
+    np.testing.assert_allclose(found.residual_sum, np.sum(left**2, axis=1), rtol=1e-12)
+    assert found.held[0].tolist() == [True, False]
+    assert found.residual_sum[0] > 1.0

@@ -59,6 +59,16 @@ def test_claims_may_be_off_by_so_much(claim: str, share: float, count: int) -> N
     assert len(judged(**{claim: share * getattr(source, claim)}).objections) == count
 
 
+def test_what_is_claimed_and_what_was_found_are_both_said() -> None:
+    worth = judged().assessment
+    (doubt,) = judged(rho0=0.5 * worth.rho0).objections
+    assert doubt.numbers["claimed"] == pytest.approx(0.5 * worth.rho0)
+    assert doubt.numbers["found"] == pytest.approx(worth.rho0)
+    (doubt,) = judged(standard_error={"J2": 7.0}).objections
+    assert doubt.about == ("J2",)
+    assert (doubt.numbers["claimed"], doubt.numbers["found"]) == (7.0, worth.standard_error[1])
+
+
 def test_other_false_claims() -> None:
     error = judged().assessment.standard_error
     assert len(judged(experiments=7).objections) == 1
