@@ -10,7 +10,7 @@ from rich.text import Text
 from elastocal.measuring.measurements import Measurements
 from elastocal.robot.chain import Robot
 from elastocal.terminal.console import numbers, out, whole
-from elastocal.wording import worded
+from elastocal.wording import ended, worded
 
 _SHOWN = 12
 
@@ -46,13 +46,13 @@ def show_measurements(found: Measurements, robot: Robot) -> None:
     if n > _SHOWN:
         out.print(f"… and {n - _SHOWN} more")
     for remark in (*found.remarks, *map(worded, found.doubts)):
-        out.print(Text(f"Note: {remark.rstrip('.')}.", style="yellow"))
+        out.print(Text(f"Note: {ended(remark)}", style="yellow"))
 
 
 def show_remarks(data: Measurements) -> None:
     """What looks odd in readings."""
     for remark in (*data.remarks, *map(worded, data.doubts)):
-        out.print(Text(f"Note: {remark}" + ("" if remark[-1:] in ".?" else "."), style="yellow"))
+        out.print(Text(f"Note: {ended(remark)}", style="yellow"))
 
 
 def _count(number: int, what: str) -> str:

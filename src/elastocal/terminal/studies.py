@@ -15,7 +15,7 @@ from elastocal.measuring.instrument import Instrument, LaserTracker
 from elastocal.planning.study_check import Checkup
 from elastocal.study.study import Study
 from elastocal.terminal.console import numbers, out
-from elastocal.wording import worded
+from elastocal.wording import ended, worded
 
 
 def show_check(study: Study, found: Checkup) -> None:
@@ -64,7 +64,7 @@ def show_check(study: Study, found: Checkup) -> None:
     for contacts in found.unwatched:
         out.print(Text(f"Contact not watched, {worded(contacts)}."))
     for remark in (*robot.remarks, *map(worded, found.doubts)):
-        out.print(Text(f"Note: {remark}" + ("" if remark[-1:] in ".?" else "."), style="yellow"))
+        out.print(Text(f"Note: {ended(remark)}", style="yellow"))
     if found.problem is None:
         out.print(f"[green]Identifiable:[/green] {escape(', '.join(study.springs.names))}")
 

@@ -1,5 +1,5 @@
 """Doubts, outcomes and numbers as sentences people read."""
 
-from elastocal.wording.sentences import SENTENCES, together, worded
+from elastocal.wording.sentences import SENTENCES, ended, together, worded
 
-__all__ = ["SENTENCES", "together", "worded"]
+__all__ = ["SENTENCES", "ended", "together", "worded"]

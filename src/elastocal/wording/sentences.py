@@ -35,6 +35,11 @@ def worded(doubt: Doubt) -> str:
     return SENTENCES[doubt.code](doubt)
 
 
+def ended(sentence: str) -> str:
+    """A sentence with its mark: a full stop, unless it asks or has one."""
+    return sentence if sentence.endswith((".", "?")) else f"{sentence}."
+
+
 def together(doubts: Iterable[Doubt]) -> str:
     """Several doubts in one sentence; empty if there are none."""
     return "; ".join(map(worded, doubts))

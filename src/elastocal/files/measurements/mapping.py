@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +13,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, ValidationError
 
 from elastocal.arrays import Array
-from elastocal.errors import InputError, MeasurementFileError, StudyError
+from elastocal.errors import InputError, MeasurementFileError
 from elastocal.files.measurements.columns import WORDS, Meaning, meaning_named
 from elastocal.files.problems import first_problem
 from elastocal.files.tables.layout import Style
@@ -24,6 +25,7 @@ from elastocal.robot.chain import Robot
 from elastocal.robot.rotations import from_zyx_angles
 
 _LARGEST = 1_000_000  # bytes
+_BARE_UNIT = re.compile(r"\{[^}\"'\n]*\w \[")  # a key with its unit, not quoted, in braces
 _DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|", "space": " "}
 
 
@@ -147,13 +149,13 @@ def read_mapping(path: str | Path, robot: Robot) -> FieldMapping:
         MeasurementFileError: the file is wrong; the message names line and key.
     """
     path = Path(path)
+    text = ""
     try:
         text = read_text(path, largest=_LARGEST)
         document = parse(text, path)
     except InputError as error:
         hint = '; in braces, quote keys with brackets: {"x [mm]": X}'
-        more = hint if isinstance(error, StudyError) and "got '['" in str(error) else ""
-        raise MeasurementFileError(f"{error}{more}") from None
+        raise MeasurementFileError(f"{error}{hint * bool(_BARE_UNIT.search(text))}") from None
     file = _validated(document)
     style = Style(
         _DELIMITERS[file.delimiter] if file.delimiter else None,
