@@ -85,7 +85,7 @@ _PUBLIC = {
     "campaigns": "elastocal.simulation.monte_carlo",
     "MonteCarlo": "elastocal.simulation.monte_carlo",
     "read_model": "elastocal.files.models.model_file",
-    "write_model": "elastocal.files.models.model_file",
+    "write_model": "elastocal.files.models.writing",
     "Approach": "elastocal.programs.approach",
     "campaign_program": "elastocal.programs.campaign_program",
     "path_program": "elastocal.programs.robot_program",

@@ -47,11 +47,11 @@ def _described(
         parent = _spelled(path[:-1])
         sentence = f"key {path[-1]!r} is missing" + (f" in {parent}" if parent else "")
     elif kind == "literal_error":
-        sentence = f"{_spelled(path)}: expected {error['ctx']['expected']}, found {found!r}"
+        sentence = f"{_spelled(path)}: expected {error['ctx']['expected']}, found {found!r:.80}"
     elif kind == "value_error":
         sentence = f"{_spelled(path)}: {error['ctx']['error']}"
     else:
-        shown = repr(found) if isinstance(found, (str, int, float)) else type(found).__name__
+        shown = f"{found!r:.80}" if isinstance(found, (str, int, float)) else type(found).__name__
         expected = {
             "model_type": "a section of keys",
             "dict_type": "a section of keys",

@@ -12,9 +12,11 @@ from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Discriminator, Tag
 
+_EXTREME = "expected a number of ordinary size, found one beyond 1e30 or 1e-30"
 
-def _number(value: Any) -> float:
-    """A finite number. YAML 1.1 reads 1e-8 as text, so such text is accepted."""
+
+def _finite(value: Any) -> float:
+    """A number below 1e30. YAML 1.1 reads 1e-8 as text, so such text is accepted."""
     if isinstance(value, str) and re.fullmatch(r"[-+]?\d+(\.\d*)?[eE][-+]?\d+", value):
         value = float(value)
     if isinstance(value, bool) or not isinstance(value, (int, float)):
@@ -23,12 +25,19 @@ def _number(value: Any) -> float:
             hint = "; the unit belongs in the key, the value is a bare number"
         elif isinstance(value, str) and re.fullmatch(r"[-+]?\d+,\d+", value):
             hint = "; write the decimal point as '.'"
-        raise ValueError(f"expected a number, found {value!r}{hint}")
+        raise ValueError(f"expected a number, found {value!r:.80}{hint}")
     if not math.isfinite(value if isinstance(value, float) else 0.0):
         raise ValueError(f"expected a finite number, found {value}")
-    if not (value == 0 or 1e-30 < abs(value) < 1e30):
-        raise ValueError("expected a number of ordinary size, found one beyond 1e30 or 1e-30")
+    if not abs(value) < 1e30:
+        raise ValueError(_EXTREME)
     return float(value)
+
+
+def _number(value: Any) -> float:
+    number = _finite(value)
+    if not (number == 0.0 or abs(number) > 1e-30):
+        raise ValueError(_EXTREME)
+    return number
 
 
 def _positive(value: Any) -> float:
@@ -46,15 +55,21 @@ def _count(value: Any) -> int:
     return value
 
 
-def _numbers(count: int, what: str) -> BeforeValidator:
+def _numbers(count: int, what: str, number: Callable[[Any], float] = _number) -> BeforeValidator:
     def check(value: Any) -> list[float]:
         if not isinstance(value, list):
-            raise ValueError(f"expected {what}, found {value!r}")
+            raise ValueError(f"expected {what}, found {value!r:.80}")
         if len(value) != count:
             raise ValueError(f"expected {what}, found {len(value)} values")
-        return [_number(entry) for entry in value]
+        return [number(entry) for entry in value]
 
     return BeforeValidator(check)
+
+
+def _rows(value: Any) -> list[list[float]]:
+    if not isinstance(value, list) or not all(isinstance(row, list) for row in value):
+        raise ValueError("expected rows of numbers [[...], ...]")
+    return [[_finite(entry) for entry in row] for row in value]
 
 
 def _pair(value: Any) -> list[str]:
@@ -96,6 +111,10 @@ def deg(angle: float) -> str:
 
 
 Number = Annotated[float, BeforeValidator(_number)]
+Finite = Annotated[float, BeforeValidator(_finite)]
+"""A number however small, as products of sines and covariances are."""
+FiniteVector = Annotated[list[float], _numbers(3, "three numbers [x, y, z]", _finite)]
+Matrix = Annotated[list[list[float]], BeforeValidator(_rows)]
 Positive = Annotated[float, BeforeValidator(_positive)]
 Count = Annotated[int, BeforeValidator(_count)]
 Vector = Annotated[list[float], _numbers(3, "three numbers [x, y, z]")]

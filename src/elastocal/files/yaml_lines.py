@@ -35,8 +35,8 @@ class Located:
         return self._lines.get(path, 1)
 
     def where(self, path: Path_) -> str:
-        """'study.yaml, line 12' for the deepest known part of `path`."""
-        return f"{self.file}, line {self.line(path)}"
+        """'study.yaml, line 12' for the deepest known part of `path`; the file if no line is."""
+        return f"{self.file}, line {self.line(path)}" if self._lines else str(self.file)
 
 
 class LocatedError(InputError):
@@ -99,7 +99,9 @@ def _construct(
     seen.add(id(node))
     lines.setdefault(path, line)
     if isinstance(node, yaml.ScalarNode):
-        return yaml.SafeLoader("").construct_object(node)
+        scalar = yaml.SafeLoader("").construct_object(node)
+        str(scalar)  # raises ValueError for a whole number too long to be shown in a message
+        return scalar
     if node.tag not in ("tag:yaml.org,2002:map", "tag:yaml.org,2002:seq"):
         raise StudyError(f"{file}, line {line}: YAML tags such as {node.tag!r} are not supported")
     if isinstance(node, yaml.SequenceNode):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,12 +16,8 @@ from hypothesis import strategies as st
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.springs import VirtualJoints, joint_springs
 from elastocal.errors import InputError, ModelFileError
-from elastocal.files.models.model_file import (
-    model_document,
-    model_sections,
-    read_model,
-    write_model,
-)
+from elastocal.files.models.model_file import ModelFile, model_of, model_sections, read_model
+from elastocal.files.models.writing import model_document, write_model
 from elastocal.files.study.springs import in_chain_order
 from elastocal.robot.sources import load
 from tests.arms import random_chain
@@ -81,10 +79,7 @@ def test_springs_anywhere_come_back(seed: int, slides: list[bool]) -> None:
     springs = in_chain_order(dict.fromkeys([*robot.joint_names, *extra]), extra, robot)
     model = ComplianceModel(springs, rng.uniform(1e-7, 1e-6, n + 3))
     document = json.loads(json.dumps(model_document(model, robot)))
-    path = Path("model.json")
-    from elastocal.files.models.model_file import _model  # without a file for every example
-
-    back = _model(document, robot, path)
+    back = model_of(ModelFile.model_validate(document), robot, "model.json")
     assert back.names == model.names
     np.testing.assert_array_equal(back.compliance, model.compliance)
     for field in ("body", "prismatic", "joint"):
@@ -134,32 +129,32 @@ BAD = {
     "kind: plan": "a plan file, expected a model",
     "elastocal: 2\ncompliance: {}": "format version 2",
     "elastocal: 1": "no compliances",
-    "compliance: [1]": "line 1: compliance must give a section",
-    "compliances: {}": "line 1: key 'compliances' is not known",
+    "compliance: [1]": "line 1: compliance: expected a section of keys, found list",
+    "compliances: {}": "line 1: unknown key 'compliances'; did you mean 'compliance'",
     "compliance:\n  A9: {value: 1, unit: rad/(N.m)}": "line 2: .*no joint or spring 'A9'",
-    "compliance:\n  A1: 3.0e-7": r"line 2: compliance of A1: expected \{value",
-    "compliance:\n  A1: {value: 3.0e-7}": r"line 2: compliance of A1: expected \{value",
+    "compliance:\n  A1: 3.0e-7": r"line 2: compliance.A1: expected \{value",
+    "compliance:\n  A1: {value: 3.0e-7}": "line 2: key 'unit' is missing in compliance.A1",
     "compliance:\n  A1:\n    value: 3.0e-7\n    unit: m/N": "line 4: .*compliance of a linear",
     "compliance:\n  A1:\n    value: 3.0e-7\n    unit: N.m/rad": "line 4: .*stiffness of an ang",
     "compliance:\n  A1:\n    value: 3.0e-7\n    unit: 1": "line 4: .*expected rad.*found 1",
-    "compliance:\n  A1:\n    unit: rad/Nm\n    value: x": "line 4: .*a finite number, found x",
+    "compliance:\n  A1:\n    unit: rad/Nm\n    value: x": "line 4: .*expected a number, found 'x'",
     "compliance:\n  A1:\n    unit: rad/Nm\n    value: .nan": "line 4: .*a finite number, found nan",
-    "compliance:\n  A1:\n    unit: rad/Nm\n    value: true": "a finite number, found True",
+    "compliance:\n  A1:\n    unit: rad/Nm\n    value: true": "expected a number, found True",
     "compliance:\n  A1:\n    unit: rad/Nm\n    value: -1.0e-7": "line 4: .*not be negative",
     "compliance:\n  A1: {value: 1, unit: rad/Nm, standard_error: -1}": "must not be negative",
-    "compliance:\n  A1: {value: 1, unit: rad/Nm, error: 1}": "line 2: .*key 'error' is not known",
-    "stiffness:\n  A1: {value: 0, unit: N.m/rad}": "line 2: stiffness of A1: must be positive",
+    "compliance:\n  A1: {value: 1, unit: rad/Nm, error: 1}": "line 2: unknown key 'error'",
+    "stiffness:\n  A1: {value: 0, unit: N.m/rad}": "line 2: .*expected a positive number",
     "compliance:\n  A1: {value: 1, unit: rad/Nm}\nstiffness:\n  A1: {value: 1, unit: Nm/rad}": (
         "line 4: spring 'A1' has a compliance and a stiffness"
     ),
     "compliance:\n  A1: {value: 1, unit: rad/Nm}\n  A1: {value: 1, unit: rad/Nm}": "appears twice",
     '{"compliance": {"A1": {"value": 1, "value": 2}}}': "key 'value' appears twice",
     "compliance:\n  A1: {value: 1, unit: rad/Nm}\ndof: 0": "line 3: dof: expected a positive",
-    "compliance:\n  A1: {value: 1, unit: rad/Nm}\ncovariance: 3": "line 3: covariance must have",
+    "compliance:\n  A1: {value: 1, unit: rad/Nm}\ncovariance: 3": "line 3: .*found 3",
     "compliance:\n  A1: {value: 1, unit: rad/Nm}\ncovariance: {order: [A2], matrix: [[1]]}": (
         "order must name every spring once: A1"
     ),
-    "compliance:\n  A1: {value: 1, unit: rad/Nm}\ncovariance: {order: [A1], matrix: [1]}": (
+    "compliance:\n  A1: {value: 1, unit: rad/Nm}\ncovariance: {order: [A1], matrix: [[1, 2]]}": (
         "matrix must be 1 rows of 1 numbers"
     ),
     "compliance:\n  A1: {value: 1, unit: rad/Nm}\ncovariance: {order: [A1], matrix: [[-1]]}": (
@@ -167,15 +162,19 @@ BAD = {
     ),
     "compliance:\n  A1: {value: 1, unit: rad/Nm, standard_error: 2}\n"
     "covariance: {order: [A1], matrix: [[1]]}": "contradicts the standard errors",
-    "springs: {A1: {carried_by: base}}": "spring 'A1' has the name of a joint",
-    "springs: {b: {axis: [1, 0, 0]}}": "expected the keys",
+    "springs: {A1: {carried_by: base, axis: [1, 0, 0]}}": "spring 'A1' has the name of a joint",
+    "springs: {b: {axis: [1, 0, 0]}}": "key 'carried_by' is missing in springs.b",
     "springs:\n  b:\n    axis: [1, 0, 0]\n    carried_by: B": "line 4: .*no joint 'B'",
     "springs:\n  b:\n    axis: [0, 0, 0]\n    carried_by: A1": "line 3: axis of 'b': must not be",
-    "springs:\n  b:\n    axis: [0, 0]\n    carried_by: A1": r"line 3: .*expected \[x, y, z\]",
-    "springs:\n  b:\n    carried_by: A1": "line 2: axis of 'b'",
-    "springs:\n  b: {carried_by: A1, type: bent, axis: [1, 0, 0]}": "line 2: .*type must be",
+    "springs:\n  b:\n    axis: [0, 0]\n    carried_by: A1": r"line 3: .*\[x, y, z\], found 2",
+    "springs:\n  b:\n    carried_by: A1": "line 2: key 'axis' is missing in springs.b",
+    "springs:\n  b: {carried_by: A1, type: bent, axis: [1, 0, 0]}": "line 2: .*found 'bent'",
     "springs:\n  b: {carried_by: A1, axis: [1, 0, 0]}\n"
     "compliance: {A1: {value: 1, unit: rad/Nm}}": ("line 2: spring 'b' has no compliance"),
+    "stiffness:\n  A1: {value: 1.0e-200, unit: Nm/rad, standard_error: 1}": "line 2: .*beyond 1e30",
+    f"kind: 0x{'f' * 4000}": "not valid YAML: Exceeds the limit",
+    "compliance: {A1: {value: 1, unit: rad/Nm}, A2: {value: 1, unit: rad/Nm}}\n"
+    "covariance: {order: [A1, A2], matrix: [[0, 1.0e+20], [1.0e+20, 0]]}": "negative eigenvalue",
     "compliance: {A1: &a {value: 1, unit: rad/Nm}, A2: *a}": "aliases are not supported",
 }
 
@@ -187,6 +186,33 @@ def test_what_is_wrong_is_named(text: str, tmp_path: Path) -> None:
         read_model(path, KR270)
     assert str(caught.value).startswith(str(path))
     assert "\n" not in str(caught.value)
+
+
+def test_a_large_file_has_no_lines_and_a_message_no_more_than_fits(tmp_path: Path) -> None:
+    entry = {"value": "x" * 1000, "unit": "rad/Nm"}
+    text = json.dumps({"compliance": {"A1": entry}, "diagnostics": [0.123456789] * 100_000})
+    with pytest.raises(ModelFileError, match=r"json: compliance\.A1\.value: ") as caught:
+        read_model(written(tmp_path, text), KR270)
+    assert len(str(caught.value)) < 400
+
+
+def test_numbers_however_small_come_back(tmp_path: Path) -> None:
+    """Products of sines of 180° in axes, tiny correlations in covariances."""
+    rows = [[1e-18, 1e-40], [1e-40, 1e-18]]
+    document = {
+        "springs": {"b": {"carried_by": "base", "axis": [1.0, 0.0, 1.5e-32]}},
+        "compliance": {name: {"value": 1e-6, "unit": "rad/Nm"} for name in ("A1", "b")},
+        "covariance": {"order": ["b", "A1"], "matrix": rows},
+    }
+    model = read_model(written(tmp_path, json.dumps(document)), KR270)
+    assert model.springs.axis[0].tolist() == [1.0, 0.0, 1.5e-32]
+    assert model.covariance.tolist() == rows
+
+
+def test_writing_starts_no_schema() -> None:
+    code = "import sys, elastocal; elastocal.write_model; print('pydantic' in sys.modules)"
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert said.stdout == "False\n"
 
 
 def test_a_missing_file_and_a_foreign_encoding(tmp_path: Path) -> None:

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from elastocal.files.models.identification_section import identification_sections
-from elastocal.files.models.model_file import model_document, write_model
 from elastocal.files.models.provenance_section import provenance_section
+from elastocal.files.models.writing import model_document, write_model
 from elastocal.identification.result import Identification
 from elastocal.study.study import Study
 

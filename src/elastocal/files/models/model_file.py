@@ -8,104 +8,87 @@ one. JSON, or YAML for people. What else a program found out goes into the opaqu
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationError
 
-from elastocal import __version__
 from elastocal.arrays import Array
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.springs import VirtualJoints
 from elastocal.errors import InputError, ModelFileError, StudyError
 from elastocal.files.compliance_units import factor_to_si
-from elastocal.files.study.springs import (
-    extra_springs,
-    in_chain_order,
-    number_at,
-    short,
-    springs_section,
-)
-from elastocal.files.texts import finite, read_text, write_text
-from elastocal.files.yaml_lines import Located, LocatedError, Path_, parse
+from elastocal.files.problems import first_problem
+from elastocal.files.study.springs import SpringFile, extra_springs, in_chain_order
+from elastocal.files.texts import read_text
+from elastocal.files.values import Finite, Matrix, Name, Positive, Section
+from elastocal.files.yaml_lines import Located, LocatedError, at, parse
 from elastocal.robot.chain import Robot
 from elastocal.robot.joint_kinds import JointKind
 
-OPAQUE = ("identification", "diagnostics")
-"""Sections that are carried along and not read here."""
-
-_KEYS = (
-    "elastocal",
-    "kind",
-    "made_by",
-    "robot",
-    "source",
-    "provenance",
-    "compliance",
-    "stiffness",
-    "springs",
-    "covariance",
-    "dof",
-    *OPAQUE,
-)
 _SMALL_ENOUGH_TO_LOCATE = 1_000_000  # bytes; a larger file is a program's, and errors go unlined
 
 
-def write_model(
-    model: ComplianceModel,
-    path: str | Path,
-    robot: Robot,
-    *,
-    provenance: Mapping[str, Any] | None = None,
-    sections: Mapping[str, Any] | None = None,
-) -> None:
-    """Write model.json.
-
-    Args:
-        model: The model.
-        path: File to write.
-        robot: The robot the model belongs to.
-        provenance: Where it comes from: hashes of study, plan, measurements.
-        sections: Further sections, of those in `OPAQUE`.
-    """
-    document = finite(model_document(model, robot, provenance=provenance, sections=sections))
-    write_text(Path(path), json.dumps(document, indent=2, ensure_ascii=False) + "\n")
+def _entry(value: Any) -> Any:
+    if not isinstance(value, dict):
+        raise ValueError(f"expected {{value: ..., unit: ...}}, found {str(value)[:40]}")
+    return value
 
 
-def model_document(
-    model: ComplianceModel,
-    robot: Robot,
-    *,
-    provenance: Mapping[str, Any] | None = None,
-    sections: Mapping[str, Any] | None = None,
-) -> dict[str, Any]:
-    """The content of model.json: SI units, each named; see `write_model`."""
-    springs = model.springs
-    known = bool(model.covariance.any())
-    compliance = {}
-    for i, (name, kind) in enumerate(zip(springs.names, springs.kinds, strict=True)):
-        compliance[name] = {"value": float(model.compliance[i]), "unit": kind.compliance}
-        if known:
-            compliance[name]["standard_error"] = float(model.standard_error[i])
-    document: dict[str, Any] = {
-        "elastocal": 1,
-        "kind": "model",
-        "made_by": f"elastocal {__version__}",
-        "robot": robot.name,
-        "source": model.source,
-        "provenance": dict(provenance or {}),
-        "compliance": compliance,
-    }
-    if (springs.joint < 0).any():
-        document["springs"] = springs_section(robot, springs)
-    if known:
-        document["covariance"] = {
-            "order": list(springs.names),
-            "matrix": [[float(v) for v in row] for row in model.covariance],
-        }
-        document["dof"] = float(model.dof) if np.isfinite(model.dof) else None
-    return document | dict(sections or {})
+def _not_negative(value: float | None) -> float | None:
+    if value is not None and value < 0.0:
+        raise ValueError("must not be negative")
+    return value
+
+
+def _above_zero(value: float | None) -> float | None:
+    if value is not None and not value > 0.0:
+        raise ValueError(f"expected a positive number or null, found {value:g}")
+    return value
+
+
+class ComplianceFile(Section):
+    """A compliance in a unit of its joint; without a standard error it claims to be exact."""
+
+    value: Finite
+    unit: Any
+    standard_error: Annotated[Finite | None, AfterValidator(_not_negative)] = None
+
+
+class StiffnessFile(ComplianceFile):
+    """A stiffness instead."""
+
+    value: Positive
+
+
+class CovarianceFile(Section):
+    """The covariance of the compliances, SI."""
+
+    order: list[Name]
+    matrix: Matrix
+
+
+class ModelFile(Section):
+    """A whole model file; what is not said of its keys is carried along and not read here."""
+
+    elastocal: Any = 1
+    kind: Any = "model"
+    made_by: Any = None
+    robot: Any = None
+    source: Any = None
+    provenance: Any = None
+    compliance: dict[str, Annotated[ComplianceFile, BeforeValidator(_entry)]] = Field(
+        default_factory=dict
+    )
+    stiffness: dict[str, Annotated[StiffnessFile, BeforeValidator(_entry)]] = Field(
+        default_factory=dict
+    )
+    springs: dict[str, SpringFile] = Field(default_factory=dict)
+    covariance: CovarianceFile | None = None
+    dof: Annotated[Finite | None, AfterValidator(_above_zero)] = None
+    identification: Any = None
+    diagnostics: Any = None
 
 
 def read_model(path: str | Path, robot: Robot) -> ComplianceModel:
@@ -118,9 +101,12 @@ def read_model(path: str | Path, robot: Robot) -> ComplianceModel:
     text = read_text(path)
     document = _parse(text, path)
     try:
-        return _model(document, robot, path)
+        return model_of(ModelFile.model_validate(document), robot, path.name)
+    except ValidationError as error:
+        message = first_problem(_located(document, text, path), error, ModelFile)
     except LocatedError as error:
-        raise ModelFileError(f"{_where(text, path, error.path)}: {error}") from None
+        message = f"{_located(document, text, path).where(error.path)}: {error}"
+    raise ModelFileError(message)
 
 
 def model_sections(path: str | Path) -> dict[str, Any]:
@@ -130,7 +116,11 @@ def model_sections(path: str | Path) -> dict[str, Any]:
         ModelFileError: not a model file.
     """
     document = _parse(read_text(Path(path)), Path(path))
-    return {key: document[key] for key in ("provenance", *OPAQUE) if key in document}
+    return {
+        key: document[key]
+        for key in ("provenance", "identification", "diagnostics")
+        if key in document
+    }
 
 
 def _parse(text: str, path: Path) -> dict[str, Any]:
@@ -171,144 +161,98 @@ def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return result
 
 
-def _where(text: str, path: Path, key: Path_) -> str:
-    """'truth.json, line 5' of a key; the line only where it can be told."""
-    if len(text) <= _SMALL_ENOUGH_TO_LOCATE:
-        try:
-            located: Located = parse(text, path)
-        except InputError:
-            return str(path)
-        return located.where(key)
-    return str(path)
+def _located(document: dict[str, Any], text: str, path: Path) -> Located:
+    """The document with its lines, if they can be told."""
+    try:
+        return parse(text if len(text) <= _SMALL_ENOUGH_TO_LOCATE else "", path)
+    except InputError:
+        return Located(document, {}, path)
 
 
-def _model(document: dict[str, Any], robot: Robot, path: Path) -> ComplianceModel:
-    for key in document:
-        if key not in _KEYS:
-            raise LocatedError(
-                (key,), f"key {key!r} is not known; expected some of {', '.join(_KEYS)}"
-            )
-    extra = extra_springs(document.get("springs", {}), robot)
+def model_of(file: ModelFile, robot: Robot, name: str) -> ComplianceModel:
+    """The model of a validated file called `name`; every error knows its place in it."""
+    extra = extra_springs(file.springs, robot)
     values: dict[str, tuple[float, float | None]] = {}
-    for kind in ("compliance", "stiffness"):
-        for name, entry in _section(document, kind).items():
-            if name in values:
-                raise LocatedError(
-                    (kind, name), f"spring {name!r} has a compliance and a stiffness; give one"
-                )
-            joint = _joint_kind(name, extra, robot, (kind, name))
-            values[name] = _value(kind, entry, joint, (kind, name))
+    for quantity, section in (("compliance", file.compliance), ("stiffness", file.stiffness)):
+        for spring, entry in section.items():
+            with at(quantity, spring):
+                if spring in values:
+                    raise InputError(
+                        f"spring {spring!r} has a compliance and a stiffness; give one"
+                    )
+                kind = _joint_kind(spring, extra, robot)
+                values[spring] = _compliance(quantity, spring, entry, kind)
     if not values:
         raise LocatedError((), "no compliances: give compliance or stiffness by joint name")
-    missing = [name for name in extra if name not in values]
+    missing = [spring for spring in extra if spring not in values]
     if missing:
         raise LocatedError(("springs", missing[0]), f"spring {missing[0]!r} has no compliance")
     springs = in_chain_order(values, extra, robot)
-    errors = {name: error for name, (_, error) in values.items() if error is not None}
-    covariance = _covariance(document.get("covariance"), springs.names, errors)
+    errors = {spring: error for spring, (_, error) in values.items() if error is not None}
+    with at("covariance"):
+        covariance = _covariance(file.covariance, springs.names, errors)
     return ComplianceModel(
         springs=springs,
-        compliance=np.array([values[name][0] for name in springs.names]),
+        compliance=np.array([values[spring][0] for spring in springs.names]),
         covariance=covariance,
-        dof=_dof(document.get("dof")),
-        source=str(document.get("source") or path.name),
+        dof=np.inf if file.dof is None else file.dof,
+        source=str(file.source or name),
     )
 
 
-def _section(document: dict[str, Any], key: str) -> dict[str, Any]:
-    section = document.get(key, {})
-    if not isinstance(section, dict):
-        raise LocatedError((key,), f"{key} must give a section for each joint, by name")
-    return section
-
-
-def _joint_kind(
-    name: str, extra: dict[str, VirtualJoints], robot: Robot, where: Path_
-) -> JointKind:
+def _joint_kind(name: str, extra: dict[str, VirtualJoints], robot: Robot) -> JointKind:
     if name in extra:
         return extra[name].kinds[0]
     if name not in robot.joint_names:
         known = ", ".join([*robot.joint_names, *extra])
-        raise LocatedError(
-            where, f"robot {robot.name!r} has no joint or spring {name!r}; known are {known}"
-        )
+        raise InputError(f"robot {robot.name!r} has no joint or spring {name!r}; known are {known}")
     return robot.joints[robot.joint_names.index(name)].kind
 
 
-def _value(kind: str, entry: Any, joint: JointKind, where: Path_) -> tuple[float, float | None]:
+def _compliance(
+    quantity: str, name: str, entry: ComplianceFile, joint: JointKind
+) -> tuple[float, float | None]:
     """Compliance and its standard error, SI; None if the file gives no error."""
-    name = where[-1]
-    unit = joint.compliance if kind == "compliance" else joint.stiffness
-    if not isinstance(entry, dict) or "value" not in entry or "unit" not in entry:
-        raise LocatedError(
-            where, f"{kind} of {name}: expected {{value: ..., unit: {unit}}}, found {short(entry)}"
-        )
-    for key in entry:
-        if key not in ("value", "unit", "standard_error"):
-            raise LocatedError((*where, key), f"{kind} of {name}: key {key!r} is not known")
+    unit = getattr(joint, quantity)
     try:
-        factor = factor_to_si(entry["unit"], unit)
+        factor = factor_to_si(entry.unit, unit)
     except InputError as error:
-        raise LocatedError((*where, "unit"), f"{kind} of {name}: {error}") from None
-    value = factor * number_at(entry["value"], (*where, "value"), f"{kind} of {name}")
-    deviation = None
-    if entry.get("standard_error") is not None:
-        what = f"standard error of {name}"
-        deviation = factor * number_at(entry["standard_error"], (*where, "standard_error"), what)
-        if deviation < 0.0:
-            raise LocatedError((*where, "standard_error"), f"{what}: must not be negative")
-    if kind == "stiffness":
-        if value <= 0.0:
-            raise LocatedError(
-                (*where, "value"), f"stiffness of {name}: must be positive, found {value:g} {unit}"
-            )
+        raise LocatedError(("unit",), f"{quantity} of {name}: {error}") from None
+    value = factor * entry.value
+    deviation = None if entry.standard_error is None else factor * entry.standard_error
+    if quantity == "stiffness":
         return 1.0 / value, None if deviation is None else deviation / value**2
     if value < 0.0 and not deviation:
         # An estimate may come out below zero; a value that claims to be exact may not.
         raise LocatedError(
-            (*where, "value"),
-            f"compliance of {name}: must not be negative, found {value:g} {unit}",
+            ("value",), f"compliance of {name}: must not be negative, found {value:g} {unit}"
         )
     return value, deviation
 
 
-def _covariance(section: Any, names: tuple[str, ...], errors: dict[str, float]) -> Array:
+def _covariance(
+    section: CovarianceFile | None, names: tuple[str, ...], errors: dict[str, float]
+) -> Array:
     """(p, p) in the order of `names`, SI; diagonal if the file gives standard errors alone."""
     own = np.array([errors.get(name, 0.0) for name in names])
     if section is None:
         return np.diag(own**2)
-    where: Path_ = ("covariance",)
-    if not isinstance(section, dict) or set(section) != {"order", "matrix"}:
-        raise LocatedError(where, "covariance must have the keys order and matrix, and no others")
-    order, rows = section["order"], section["matrix"]
-    if not isinstance(order, list) or sorted(map(str, order)) != sorted(names):
-        raise LocatedError(
-            (*where, "order"), f"order must name every spring once: {', '.join(names)}"
-        )
+    if sorted(section.order) != sorted(names):
+        raise LocatedError(("order",), f"order must name every spring once: {', '.join(names)}")
     p = len(names)
-    shaped = isinstance(rows, list) and len(rows) == p
-    if not shaped or not all(isinstance(row, list) and len(row) == p for row in rows):
-        raise LocatedError((*where, "matrix"), f"matrix must be {p} rows of {p} numbers")
-    at = (*where, "matrix")
-    matrix = np.array([[number_at(v, at, "covariance") for v in row] for row in rows])
-    pick = [order.index(name) for name in names]
-    matrix = matrix[np.ix_(pick, pick)]
-    scale = np.sqrt(np.maximum(np.abs(np.diagonal(matrix)), 1e-300))
-    scaled = matrix / np.outer(scale, scale)
-    if not np.allclose(scaled, scaled.T, atol=1e-9):
-        raise LocatedError(at, "the covariance matrix is not symmetric")
-    if np.linalg.eigvalsh(scaled)[0] < -1e-8 * p:
-        raise LocatedError(at, "the covariance matrix has a negative eigenvalue")
-    given = [i for i, name in enumerate(names) if name in errors]
-    if not np.allclose(own[given], np.sqrt(np.abs(np.diagonal(matrix)))[given], rtol=1e-3):
-        raise LocatedError(at, "the covariance matrix contradicts the standard errors")
+    with at("matrix"):
+        if [len(row) for row in section.matrix] != p * [p]:
+            raise InputError(f"matrix must be {p} rows of {p} numbers")
+        pick = [section.order.index(name) for name in names]
+        matrix = np.array(section.matrix)[np.ix_(pick, pick)]
+        scale = np.sqrt(np.maximum(np.abs(np.diagonal(matrix)), 1e-300))
+        with np.errstate(over="ignore"):  # no correlation is beyond 1, least of all infinite
+            scaled = np.clip(matrix / np.outer(scale, scale), -2.0, 2.0)
+        if not np.allclose(scaled, scaled.T, atol=1e-9):
+            raise InputError("the covariance matrix is not symmetric")
+        if np.linalg.eigvalsh(scaled)[0] < -1e-8 * p:
+            raise InputError("the covariance matrix has a negative eigenvalue")
+        given = [i for i, name in enumerate(names) if name in errors]
+        if not np.allclose(own[given], np.sqrt(np.abs(np.diagonal(matrix)))[given], rtol=1e-3):
+            raise InputError("the covariance matrix contradicts the standard errors")
     return np.asarray(0.5 * (matrix + matrix.T))
-
-
-def _dof(value: Any) -> float:
-    if value is None:
-        return float(np.inf)
-    dof = number_at(value, ("dof",), "dof")
-    if not dof > 0.0:
-        raise LocatedError(("dof",), f"dof: expected a positive number or null, found {dof:g}")
-    return dof

@@ -111,7 +111,7 @@ def _study(file: StudyFile, path: Path, text: str) -> Study:
     with at("robot"):
         robot = robot_of(file.robot, path)
     with at():
-        extra = extra_springs({n: s.model_dump() for n, s in (file.springs or {}).items()}, robot)
+        extra = extra_springs(file.springs or {}, robot)
     with at("identify"):
         springs = _springs(robot, file.identify, extra)
     tools = dict(robot.tools)
