@@ -179,7 +179,7 @@ def test_readings_in_another_unit_cannot_be_fitted() -> None:
     arm, cases = STUDY.arm, published_cases(4)
     read = measured(arm, cases, TRUTH.compliance[1:]).deflection.reshape(1, 4, 1, 3)
     covariance = np.tile(1e-10 * np.eye(3), (4, 1, 1, 1))
-    design = Design(arm, np.arange(5), np.zeros(5), cases, np.arange(4), covariance, True)
+    design = Design(arm, np.arange(5), np.zeros(5), cases, np.arange(4), covariance, False)
     np.testing.assert_allclose(fit_all(design, read).compliance[0], TRUTH.compliance[1:], rtol=1e-9)
     with pytest.raises(InputError, match="a virtual campaign cannot be fitted"):
         fit_all(design, 1e3 * read)
