@@ -87,14 +87,15 @@ def _real_path(value: Any, location: tuple[str | int, ...], missing: bool) -> Pa
 
 def _suggestion(value: Any, path: Path_, model: type[Section]) -> str:
     """What the unknown key at the end of `path` was probably meant to be."""
+    key = str(path[-1])
     for part in path[:-1]:
         value = value[part]
         field = model.model_fields.get(str(part))
-        # Of several forms of a section, the one of which most keys are there.
+        # Of several forms of a section, the one of which most keys are there, but not this one.
         forms = list(_parts(field.annotation)) if field else []
+        forms = [form for form in forms if key not in form.model_fields] or forms
         model = max(forms, key=lambda m: len(m.model_fields.keys() & _keys(value)), default=model)
     allowed = list(model.model_fields)
-    key = str(path[-1])
     stem = re.sub(_UNIT, "", key)
     with_unit = [name for name in allowed if re.sub(_UNIT, "", name) == stem]
     if with_unit and with_unit[0] != key:

@@ -43,7 +43,8 @@ WRONG: dict[str, tuple[str, str, list[str]]] = {
     "not a urdf": (HEAD, "robot: {urdf: study.yaml}", ["line 5", "study.yaml, line 1", "XML"]),
     "bare file name": (HEAD, "robot: kr270.urdf", ["line 5", "{urdf: kr270.urdf}"]),
     "unknown key": (HEAD, "robot: {urdf: kr270.urdf, tpi: x}", ["line 5", "'tpi'", "'tip'"]),
-    "file and table": (HEAD, "robot: {urdf: a.urdf, dh: []}", ["line 5", "unknown key 'dh'"]),
+    "file and table": (
+        HEAD, "robot: {urdf: a.urdf, dh: []}", ["line 5", "key 'dh'; expected one of urdf"]),
     "neither": (HEAD, "robot: {name: arm}", ["'convention' is missing"]),
     "a list": (HEAD, "robot: [kr270.urdf]", ["line 5", "expected a name"]),
     "unknown tip": (HEAD, "robot: {urdf: kr270.urdf, tip: flang}", ["line 5", "mean 'flange'"]),
