@@ -23,6 +23,7 @@ from typing import Literal, Self
 Code = Literal[
     # of an identification
     "all-negative",
+    "all-held-at-zero",
     "negative",
     "held-at-zero",
     "noisier-than-promised",

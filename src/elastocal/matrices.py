@@ -1,4 +1,4 @@
-"""Information matrices: scaled to unit diagonal, inverted, of what rank.
+"""Information matrices: scaled and inverted; their rank, and which unknowns are confounded.
 
 Whether information is singular is asked in many places: before a campaign, after it, when an
 experiment is left out, while a design is sought. It is answered here, with the tolerances side by

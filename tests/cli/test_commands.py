@@ -220,7 +220,7 @@ BAD_SHEETS = {
     "empty": ("", "the file is empty"),
     "unit missing": (HEADER.replace("J1 [deg]", "J1") + "\n1,0,0,0,0,0,1,1", "found 'J1'"),
     "unit wrong": (HEADER.replace("J1 [deg]", "J1 [rad]") + "\n1,0,0,0,0,0,1,1", "J1 [rad]"),
-    "word": (HEADER + "\n1,0,zero,0,0,0,1,1", "line 2, column 'J2'"),
+    "word": (HEADER + "\n1,0,zero,0,0,0,1,1", "line 2, column 'J2 [deg]'"),
     "short row": (HEADER + "\n1,0,0,0,0,0,1", "only half written, 7 of 8 cells"),
     "infinity": (HEADER + "\n1,0,inf,0,0,0,1,1", "finite"),
     "half a repeat": (HEADER + "\n1,0,0,0,0,0,1,1.5", "whole number"),

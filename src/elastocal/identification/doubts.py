@@ -39,7 +39,9 @@ def _signs(found: Identification) -> Iterator[Doubt]:
         yield Doubt("all-negative", names)
     elif names:
         yield Doubt("negative", names)
-    if found.held:
+    if len(found.held) == len(found.identified) > 1:
+        yield Doubt("all-held-at-zero", found.held)
+    elif found.held:
         yield Doubt("held-at-zero", found.held)
 
 

@@ -115,6 +115,12 @@ class Identification:
         return self.scale if self.how.estimates_sigma else 1.0
 
     @property
+    def relative_error(self) -> Array:
+        """(p,) standard errors over the compliances; zero for those held at zero."""
+        size = np.maximum(np.abs(self.compliance), 1e-300)
+        return np.where(self.standard_error > 0.0, self.standard_error / size, 0.0)
+
+    @property
     def linear_shift(self) -> Array:
         """(p,) how far the linear model would be off the estimates, in standard errors."""
         off = np.abs(self.linear - self.compliance)

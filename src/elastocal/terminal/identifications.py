@@ -63,7 +63,8 @@ def show_identification(found: Identification) -> None:
 
 def _interval(low: float, middle: float, high: float, largest: float) -> str:
     """An interval drawn on a scale from zero to the largest value."""
-    places = [round((_BAR - 1) * min(max(v / largest, 0.0), 1.0)) for v in (low, middle, high)]
+    scale = largest if largest > 0.0 else 1.0
+    places = [round((_BAR - 1) * min(max(v / scale, 0.0), 1.0)) for v in (low, middle, high)]
     bar = [" "] * _BAR
     bar[places[0] : places[2] + 1] = "─" * (places[2] + 1 - places[0])
     bar[places[1]] = "●"
@@ -86,11 +87,11 @@ def _noise(found: Identification) -> str:
 def _linear(found: Identification) -> str:
     if found.how.linear:
         return "Linear model of the deflections, as in the paper."
-    shift = (found.linear - found.compliance) / np.maximum(found.standard_error, 1e-300)
-    j = int(np.argmax(np.abs(shift)))
+    shift = found.linear_shift
+    j = int(np.argmax(shift))
     return (
         f"Model: equilibrium under load, {found.iterations} steps; the linear model would be up to "
-        f"{abs(shift[j]):.2g} standard errors off ({found.identified[j]})."
+        f"{shift[j]:.2g} standard errors off ({found.identified[j]})."
     )
 
 

@@ -61,6 +61,10 @@ def _counts_less(doubt: Doubt) -> str:
 
 
 SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
+    "all-held-at-zero": lambda _: (
+        "all compliances are held at zero by the bound: loaded and unloaded are probably swapped, "
+        "or the force has the wrong sign"
+    ),
     "all-negative": lambda _: (
         "all compliances are negative: loaded and unloaded are probably swapped, or the force "
         "has the wrong sign"

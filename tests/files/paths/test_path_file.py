@@ -165,6 +165,7 @@ BAD = {
     "no number": (edit(BY_JOINTS, 3, 1, "left"), "line 3, column 'A2': expected a number"),
     "nan": (edit(BY_JOINTS, 3, 1, "nan"), "line 3, column 'A2': expected a finite number"),
     "infinite": (edit(BY_JOINTS, 2, 6, "1e999"), "line 2, column 'Fx': expected a finite"),
+    "huge": (edit(BY_JOINTS, 2, 6, "-1e9"), "'Fx': expected a finite number, found '-1e9'; none"),
     "no cell": (edit(BY_JOINTS, 4, 0, ""), "line 4, column 'A1': the cell is empty"),
     "no unit": (edit(BY_JOINTS, 1, 0, "A1"), "column 'A1': expected one of the units deg"),
     "length": (edit(BY_JOINTS, 1, 0, "A1 [mm]"), "expected one of the units deg.*found \\[mm\\]"),

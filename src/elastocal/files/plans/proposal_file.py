@@ -171,7 +171,7 @@ def _repeats(value: Any, where: str) -> int:
 
 
 def _read_csv(path: Path, robot: Robot) -> Proposal:
-    table = read_table(path, PlanFileError)
+    table = read_table(path, PlanFileError, shows_units=True)
     header = [f"{name} [{unit}]" if unit else name for name, unit in table.columns]
     optional = {f"T{axis} [N.m]" for axis in "xyz"}
     for column in [*columns(robot)[1:], "repeats"]:

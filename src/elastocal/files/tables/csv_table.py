@@ -35,6 +35,7 @@ class TextTable:
         rows: Line number and cells of every row that is not blank.
         decimal: Decimal sign.
         error: What to raise if something is wrong.
+        shows_units: Whether messages call a column by its name and unit.
     """
 
     path: Path
@@ -44,6 +45,7 @@ class TextTable:
     rows: tuple[tuple[int, tuple[str, ...]], ...]
     decimal: str
     error: type[InputError]
+    shows_units: bool
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -77,15 +79,17 @@ class TextTable:
                     f"found {f'[{unit}]' if unit else 'none'}"
                 )
 
-            def where(i: int, name: str = name) -> str:
-                return f"{self.path}, line {self.rows[i][0]}, column {name!r}"
+            shown = f"{name} [{self.columns[index][1]}]" if unit and self.shows_units else name
+
+            def where(i: int, shown: str = shown) -> str:
+                return f"{self.path}, line {self.rows[i][0]}, column {shown!r}"
 
             cells = [cells[index] for _, cells in self.rows]
             result[:, j] = units[unit] * numbers_of(cells, self.decimal, where, self.error)
         return result
 
 
-def read_table(path: Path, error: type[InputError]) -> TextTable:
+def read_table(path: Path, error: type[InputError], *, shows_units: bool = False) -> TextTable:
     """The table in a text file; delimiters and encodings as in measurement files.
 
     A comma is the decimal sign where it does not separate cells and numbers have it.
@@ -103,4 +107,5 @@ def read_table(path: Path, error: type[InputError]) -> TextTable:
         if name and names.count(name) > 1:
             raise error(f"{path}, line {plan.first}: column {name!r} is there twice")
     commas = any(_COMMA.fullmatch(cell) for _, row in rows for cell in row)
-    return TextTable(path, file.sha256, plan.first, columns, rows, "," if commas else ".", error)
+    decimal = "," if commas else "."
+    return TextTable(path, file.sha256, plan.first, columns, rows, decimal, error, shows_units)

@@ -62,7 +62,10 @@ def _problem(cell: str, decimal: str) -> str:
     try:
         value = float(text.replace(",", ".") if decimal == "," else text)
         if "_" not in text:
-            return "" if abs(value) < LARGEST else f"expected a finite number, found {shown}"
+            if abs(value) < LARGEST:
+                return ""
+            more = f"; none here is {LARGEST:g} or more" if np.isfinite(value) else ""
+            return f"expected a finite number, found {shown}{more}"
     except ValueError:
         pass
     if re.fullmatch(r"[-+]?\d{1,3}([,.  ']\d{3})+([.,]\d*)?", text) and decimal not in text[:-4]:

@@ -112,8 +112,9 @@ def _planned(plan: Plan) -> Step:
 
 def _identified(found: Identification) -> Step:
     """The least certain compliance."""
-    with np.errstate(divide="ignore"):
-        relative = found.standard_error / np.abs(found.compliance)
+    if len(found.held) == len(found.identified):
+        return Step("Identified", "identification", "none", "all are held at zero by the bound.")
+    relative = found.relative_error
     worst = int(np.argmax(relative))
     said = (
         f"largest standard error, of {found.identified[worst]}; "
