@@ -195,7 +195,8 @@ def test_small_loads_give_the_linear_model(chain: tuple[int, list[bool]]) -> Non
         small = LoadCases(cases.q, load * cases.wrench)
         linear = deflection(arm, compliance, small)[:, :-3]
         off.append(np.abs(loaded_deflection(arm, compliance, small) - linear).max())
-    assert off[1] <= 0.011 * off[0] + 1e-15
+    # Sliding joints alone are linear: what is left there is rounding of positions of metres.
+    assert off[1] <= 0.011 * off[0] + 1e-14
     assert off[0] <= 1e-2
 
 
