@@ -14,6 +14,7 @@ import pytest
 
 import elastocal as ec
 from elastocal.elastic.compliance_model import ComplianceModel
+from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.springs import joint_springs, subset
 from elastocal.errors import IdentifiabilityError, InputError
 from elastocal.fitting.least_squares import one_of
@@ -183,6 +184,14 @@ def test_readings_in_another_unit_cannot_be_fitted() -> None:
     np.testing.assert_allclose(fit_all(design, read).compliance[0], TRUTH.compliance[1:], rtol=1e-9)
     with pytest.raises(InputError, match="a virtual campaign cannot be fitted"):
         fit_all(design, 1e3 * read)
+
+
+def test_a_load_case_that_is_never_measured_changes_nothing() -> None:
+    cases, repeats = next(iter(PLANS.values()))
+    more = LoadCases(np.vstack([cases.q, cases.q[:1]]), np.vstack([cases.wrench, cases.wrench[:1]]))
+    both = {"plain": (cases, repeats)}, {"plain": (more, np.append(repeats, 0))}
+    plain, idle = (campaigns(STUDY, TRUTH, plan, 20, seed=3).plans[0] for plan in both)
+    np.testing.assert_array_equal(plain.estimate, idle.estimate)
 
 
 def check_statistics(found: Campaigns) -> None:

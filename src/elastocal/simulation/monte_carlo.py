@@ -200,7 +200,9 @@ def campaigns(
     linear, arm = reality.linear, study.arm
     _check(study, truth, number, workers, how)
     shared: dict[str, _Plan] = {}
-    for name, (cases, repeats) in plans.items():
+    for name, (planned, times) in plans.items():
+        kept = np.asarray(times) > 0
+        cases, repeats = LoadCases(planned.q[kept], planned.wrench[kept]), np.asarray(times)[kept]
         ideal = virtual_readings(arm, study.instrument, truth, cases, linear=linear)
         shared[name] = _Plan(
             _design(study, truth, ideal, cases, repeats, how),
