@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +38,35 @@ def read_text(path: Path, *, largest: int = _LARGEST) -> str:
             f"{path}, line {line}: byte 0x{data[error.start]:02x} is not UTF-8; save the file "
             "with UTF-8 encoding"
         ) from None
+
+
+def json_document(
+    text: str,
+    path: Path,
+    error: type[InputError],
+    hook: Callable[[list[tuple[str, Any]]], Any] | None = None,
+) -> Any:
+    """The document in a JSON text.
+
+    Args:
+        text: The text.
+        path: Its file, for messages.
+        error: What to raise.
+        hook: What makes a section of its keys and values, a dict if not given; a ValueError of it
+            is said.
+
+    Raises:
+        InputError: of the type `error`: not JSON, or nested without measure.
+    """
+    try:
+        return json.loads(text, object_pairs_hook=hook)
+    except json.JSONDecodeError as wrong:
+        place = f"line {wrong.lineno}, column {wrong.colno}"
+        raise error(f"{path}, {place}: not valid JSON: {wrong.msg}") from None
+    except RecursionError:
+        raise error(f"{path}: nested too deeply") from None
+    except ValueError as wrong:
+        raise error(f"{path}: not valid JSON: {wrong}") from None
 
 
 def finite(value: Any) -> Any:

@@ -7,7 +7,6 @@ one. JSON, or YAML for people. What else a program found out goes into the opaqu
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -21,7 +20,7 @@ from elastocal.errors import InputError, ModelFileError, StudyError
 from elastocal.files.compliance_units import factor_to_si
 from elastocal.files.problems import first_problem
 from elastocal.files.study.springs import SpringFile, extra_springs, in_chain_order
-from elastocal.files.texts import read_text
+from elastocal.files.texts import json_document, read_text
 from elastocal.files.values import Finite, Matrix, Name, Positive, Section
 from elastocal.files.yaml_lines import Located, LocatedError, at, parse
 from elastocal.robot.chain import Robot
@@ -125,21 +124,13 @@ def model_sections(path: str | Path) -> dict[str, Any]:
 
 def _parse(text: str, path: Path) -> dict[str, Any]:
     """The document, JSON or YAML, with the keys of a model file."""
-    try:
-        if text.lstrip().startswith("{"):
-            document = json.loads(text, object_pairs_hook=_without_repeats)
-        else:
+    if text.lstrip().startswith("{"):
+        document = json_document(text, path, ModelFileError, _without_repeats)
+    else:
+        try:
             document = parse(text, path).value
-    except json.JSONDecodeError as error:
-        raise ModelFileError(
-            f"{path}, line {error.lineno}, column {error.colno}: not valid JSON: {error.msg}"
-        ) from None
-    except RecursionError:
-        raise ModelFileError(f"{path}: nested too deeply") from None
-    except StudyError as error:
-        raise ModelFileError(str(error)) from None
-    except ValueError as error:
-        raise ModelFileError(f"{path}: not valid JSON: {error}") from None
+        except StudyError as error:
+            raise ModelFileError(str(error)) from None
     if not isinstance(document, dict):
         raise ModelFileError(f"{path}: not a model file; expected sections such as compliance")
     if document.get("kind", "model") != "model":

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,7 @@ from elastocal.files.plans.done_section import read_done
 from elastocal.files.plans.load_case_entries import columns, finite_at, read_load_cases
 from elastocal.files.plans.via_points import VIA, read_via, split_via
 from elastocal.files.tables.csv_table import PLAIN, read_table
-from elastocal.files.texts import read_text
+from elastocal.files.texts import json_document, read_text
 from elastocal.planning.remaining import knowing
 from elastocal.robot.chain import Robot
 from elastocal.study.criteria import CRITERIA, RHO0
@@ -86,16 +85,7 @@ def document_of(text: str, path: Path) -> Any:
     Raises:
         PlanFileError: not JSON, not a plan, or of another version.
     """
-    try:
-        document = json.loads(text)
-    except json.JSONDecodeError as error:
-        raise PlanFileError(
-            f"{path}, line {error.lineno}, column {error.colno}: not valid JSON: {error.msg}"
-        ) from None
-    except RecursionError:
-        raise PlanFileError(f"{path}: nested too deeply") from None
-    except ValueError as error:
-        raise PlanFileError(f"{path}: not valid JSON: {error}") from None
+    document = json_document(text, path, PlanFileError)
     if not isinstance(document, dict) or document.get("kind") != "plan":
         raise PlanFileError(f'{path}: not a plan file; expected JSON with "kind": "plan"')
     if document.get("elastocal") != 1:
