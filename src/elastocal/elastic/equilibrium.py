@@ -29,6 +29,8 @@ from elastocal.robot.posture import Posture, cross, dot, velocities
 _CHUNK = 2048  # load cases evaluated at once: what stays in the cache
 _MOST_STEPS = 30
 _SMALL = 1e-13  # Newton step over the size of the displacement at which the arm is at rest
+LOST = 1e3
+"""Displacement of a spring beyond which no rest is looked for [rad or m]."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +119,7 @@ def equilibrium(arm: ElasticArm, compliance: Array, cases: LoadCases) -> Equilib
         with np.errstate(invalid="ignore"):
             done = np.abs(state.step).max(axis=1, initial=0.0) <= _SMALL * size
         converged[open_[done]] = True
-        open_ = open_[~done & np.isfinite(size) & (size < 1e3)]
+        open_ = open_[~done & (size < LOST)]  # no number is not below it either
     return Equilibrium(frozen(displacement), frozen(converged, np.bool_), frozen(stability))
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from elastocal.arrays import Array, IntArray
 from elastocal.elastic.arm import ElasticArm
-from elastocal.elastic.equilibrium import Linearisation, linearise, markers_at
+from elastocal.elastic.equilibrium import LOST, Linearisation, linearise, markers_at
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import regressor
 from elastocal.errors import InputError
@@ -157,6 +157,11 @@ class _Linear:
     def advance(self, step: Array) -> None:
         """Nothing moves."""
 
+    @property
+    def lost(self) -> bool:
+        """Never."""
+        return False
+
 
 class _Bent:
     """Deflections of the equilibrium, linearised where the last step led.
@@ -203,6 +208,11 @@ class _Bent:
             for state, move in zip(self.states, self.moves, strict=True)
         ]
 
+    @property
+    def lost(self) -> bool:
+        """Whether an arm is bent so far that steps seem small beside it."""
+        return not all((np.abs(state) < LOST).all() for state in self.states)
+
 
 def _each(values: Array, campaigns: int, cases: int = 1) -> Array:
     """(C N, x) rows of `values`, (C, N, x), where either axis may be 1 and is repeated."""
@@ -225,7 +235,7 @@ def _iterate(problem: Problem, model: _Linear | _Bent, loss: Loss, start: Array)
         step[:, free] = found.estimate
         model.advance(step)
         compliance += step
-        if not np.isfinite(compliance).all():
+        if model.lost or not np.isfinite(compliance).all():
             break
         direct = model.direct and loss.tamer is None
         if direct or _at_rest(found, compliance[:, free]):
