@@ -131,8 +131,12 @@ def test_what_holds_for_every_fit(how: Fit, known: bool, prior: bool) -> None:
     else:
         assert found.weight[7] < 0.4
     if known:
-        assert found.model.of(("J1",))[0] == TRUTH[0]
-        assert covariance[0, 0] == 2.0**-24
+        assert found.fitted == ("J1", "J2", "J3")
+        assert abs(found.model.of(("J1",))[0] - TRUTH[0]) < 3.0 * 2.0**-12
+        # Known before, and measured once more; worse only where readings weigh more than they
+        # should, because the noise is not the promised one.
+        most = 1.0 if how == Fit(how.model, nonnegative=how.nonnegative) else 4.0
+        assert 0.0 < covariance[0, 0] < most * 2.0**-24
     assert leave_one_out(found).predicted.all()
 
 

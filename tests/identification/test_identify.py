@@ -132,31 +132,6 @@ def test_correlated_noise_is_whitened() -> None:
     np.testing.assert_allclose(found.compliance, 1e-6 * expected, rtol=1e-8)
 
 
-def test_two_steps_as_in_the_paper() -> None:
-    """A2 to A6 under a hung weight, then A1 by a sideways force with the others known."""
-    rng = np.random.default_rng(5)
-    first = identify(arm(), measured(arm(), hung(12), rng=rng))
-    every = ("A1", *NAMES)
-    truth = np.append(0.6e-6, TRUTH)
-    second = measured(arm(every), sideways(4), truth, rng=rng)
-    found = identify(arm(("A1",)), second, known=first.model)
-    assert found.identified == ("A1",)
-    assert found.model.names == every
-    assert abs(found.compliance[0] - 0.6e-6) < 4.0 * found.standard_error[0]
-    np.testing.assert_array_equal(found.model.of(NAMES), first.compliance)
-    np.testing.assert_allclose(found.model.covariance[1:, 1:], first.model.covariance)
-    careless = identify(
-        arm(("A1",)), second, known=replace(first.model, covariance=np.zeros((5, 5)))
-    )
-    assert found.standard_error[0] > careless.standard_error[0]
-    # The passed-on covariance, by differences: move a known compliance by one standard error.
-    step = first.standard_error[1]
-    moved = replace(first.model, compliance=first.compliance + step * np.eye(5)[1])
-    slope = (identify(arm(("A1",)), second, known=moved).compliance - found.compliance) / step
-    gain = np.linalg.solve(first.model.covariance, found.model.covariance[1:, 0])
-    assert gain[1] == pytest.approx(float(slope[0]), rel=1e-3)
-
-
 def test_a_prior_is_a_campaign_before() -> None:
     """Fitting the second half with the first as prior is fitting both."""
     rng = np.random.default_rng(6)

@@ -7,6 +7,7 @@ information, M_i that of group i and g_i = X_iᵀ e_i, the estimate changes by -
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -72,6 +73,22 @@ def influence(
         cook=frozen(cook),
         shift=frozen(shift * scale),
         error_ratio=frozen(ratio),
+    )
+
+
+def influence_on(wanted: Sequence[int], found: Influence, information: Array) -> Influence:
+    """The same influence on some of the unknowns, at the positions `wanted`.
+
+    Cook's distance is that of their shift in their own confidence ellipsoid.
+    """
+    p = len(wanted)
+    shift = found.shift[:, wanted]
+    scale = 1.0 / np.sqrt(np.diagonal(information))
+    covariance = np.linalg.inv(information * np.outer(scale, scale))[np.ix_(wanted, wanted)]
+    scaled = shift / scale[wanted]
+    cook = np.einsum("gp,pq,gq->g", scaled, np.linalg.inv(covariance), scaled) / p
+    return Influence(
+        found.leverage, frozen(cook), frozen(shift), frozen(found.error_ratio[:, wanted])
     )
 
 

@@ -7,11 +7,11 @@ of them, and the linearised equilibria of all campaigns are one batch.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from elastocal.arrays import Array, IntArray
+from elastocal.arrays import Array, IntArray, unset
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InputError
@@ -25,12 +25,13 @@ class Design:
 
     Attributes:
         arm: Robot with the c springs that bend, and the tool with K markers.
-        free: (p,) positions of the identified springs.
+        free: (p,) positions of the fitted springs.
         start: (c,) compliances; those of the free springs do not count.
         cases: S load cases, as recorded.
         case: (N,) load case of each experiment.
         covariance: (S, K, 3, 3) of the readings [m²].
         linear: Whether the model is the regressor, or else the nonlinear equilibrium.
+        known: (E, p) rows with unit noise of what is known before each campaign; none if not given.
     """
 
     arm: ElasticArm
@@ -40,20 +41,26 @@ class Design:
     case: IntArray
     covariance: Array
     linear: bool
+    known: Array = field(default_factory=unset)
 
     @property
     def dof(self) -> int:
         """Degrees of freedom of the residuals."""
-        return 3 * len(self.case) * len(self.arm.tool.markers) - len(self.free)
+        read = 3 * len(self.case) * len(self.arm.tool.markers)
+        return read + len(self.known) - len(self.free)
 
     @property
     def repeats(self) -> IntArray:
         """(S,) how often each load case is measured."""
         return np.bincount(self.case, minlength=len(self.cases))
 
-    def problem(self, mean: Array) -> Problem:
-        """To fit (C, S, K, 3) means over the repeats of each load case [m]."""
-        count, free = mean.shape[1] * mean.shape[2], len(self.free)
+    def problem(self, mean: Array, before: Array | None = None) -> Problem:
+        """To fit (C, S, K, 3) means over the repeats of each load case [m].
+
+        `before` are (C, p) compliances as they were known before; only the rows of `known` count.
+        """
+        count, rows = mean.shape[1] * mean.shape[2], self.known.reshape(-1, len(self.free))
+        values = np.zeros((1, len(rows))) if before is None else before @ rows.T
         return Problem(
             arm=self.arm,
             free=self.free,
@@ -62,8 +69,8 @@ class Design:
             marker=np.arange(count),
             deflection=mean.reshape(len(mean), count, 3),
             covariance=(self.covariance / self.repeats[:, None, None, None]).reshape(count, 3, 3),
-            extra_rows=np.zeros((0, free)),
-            extra_values=np.zeros(0),
+            extra_rows=rows,
+            extra_values=values,
         )
 
 
@@ -82,7 +89,7 @@ class Estimates:
     chi_square: Array
 
 
-def fit_all(design: Design, readings: Array) -> Estimates:
+def fit_all(design: Design, readings: Array, before: Array | None = None) -> Estimates:
     """Fit every campaign by itself.
 
     Repeats of a load case have the same row and the same weight, so their mean tells all that
@@ -91,6 +98,7 @@ def fit_all(design: Design, readings: Array) -> Estimates:
     Args:
         design: What the campaigns have in common.
         readings: (C, N, K, 3) deflections read [m].
+        before: (C, p) compliances as each campaign knew them before; see `Design.known`.
 
     Raises:
         InputError: an iteration does not come to rest.
@@ -105,7 +113,7 @@ def fit_all(design: Design, readings: Array) -> Estimates:
     )
     whitener = np.linalg.inv(np.linalg.cholesky(design.covariance))
     apart = np.einsum("nkij,cnkj->cnki", whitener[case], readings - mean[:, case])
-    problem = design.problem(mean)
+    problem = design.problem(mean, before)
     solution = solve_linear(problem, Squares())
     if not design.linear:
         try:
@@ -115,6 +123,8 @@ def fit_all(design: Design, readings: Array) -> Estimates:
                 "a virtual campaign cannot be fitted: the loads are too large for these compliances"
             ) from None
     chi_square = np.sum(apart**2, axis=(1, 2, 3)) + np.sum(solution.residual**2, axis=(1, 2))
+    off = problem.extra_values - solution.compliance @ problem.extra_rows.T
+    chi_square = chi_square + np.sum(off**2, axis=1)
     return Estimates(solution.compliance, solution.fit.covariance, chi_square)
 
 

@@ -39,10 +39,11 @@ def _signs(found: Identification) -> Iterator[Doubt]:
         yield Doubt("all-negative", names)
     elif names:
         yield Doubt("negative", names)
-    if len(found.held) == len(found.identified) > 1:
-        yield Doubt("all-held-at-zero", found.held)
-    elif found.held:
-        yield Doubt("held-at-zero", found.held)
+    held = tuple(n for n in found.held if n in found.identified)
+    if len(held) == len(found.identified) > 1:
+        yield Doubt("all-held-at-zero", held)
+    elif held:
+        yield Doubt("held-at-zero", held)
 
 
 def _noise(found: Identification) -> Iterator[Doubt]:

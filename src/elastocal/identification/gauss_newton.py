@@ -34,14 +34,14 @@ class Problem:
 
     Attributes:
         arm: Robot with all c springs that bend, identified or not, and the tool with K markers.
-        free: (p,) positions of the identified ones.
+        free: (p,) positions of the fitted ones.
         start: (c,) compliances of all springs; those of the free ones do not count.
         cases: N load cases.
         marker: (R,) marker of each reading among the N · K of all load cases.
         deflection: (C, R, 3) deflections read [m].
         covariance: (R, 3, 3) of each [m²].
         extra_rows: (E, p) further rows, such as a prior's.
-        extra_values: (E,) their values.
+        extra_values: (C or 1, E) their values.
         nonnegative: Whether compliances below zero are ruled out.
         known_noise: Whether the covariances are true and not only right up to a factor.
         source: Where the readings come from, empty if nobody said.
@@ -63,7 +63,7 @@ class Problem:
     @property
     def dof(self) -> int:
         """Coordinates read and rows of a prior, less unknowns."""
-        return 3 * len(self.marker) + len(self.extra_values) - len(self.free)
+        return 3 * len(self.marker) + len(self.extra_rows) - len(self.free)
 
     @cached_property
     def noise(self) -> tuple[Array, Array]:
@@ -285,7 +285,7 @@ def _fit(
         root = np.sqrt(weight)[..., None]
         rows, values = rows * root[..., None], values * root
     flat, right = rows.reshape(len(rows), -1, rows.shape[-1]), values.reshape(len(values), -1)
-    if len(problem.extra_values):
+    if len(problem.extra_rows):
         extra = np.broadcast_to(problem.extra_rows, (len(flat), *problem.extra_rows.shape))
         flat = np.concatenate([flat, extra], axis=1)
         right = np.hstack([right, problem.extra_values - at @ problem.extra_rows.T])

@@ -7,6 +7,7 @@ regressor of the paper is there by name.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +18,8 @@ from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.springs import merged, subset
 from elastocal.errors import Doubt, IdentifiabilityError, InputError
 from elastocal.fitting.goodness import lack_of_fit
-from elastocal.fitting.influence import Influence, influence, reordered
+from elastocal.fitting.influence import Influence, influence, influence_on, reordered
+from elastocal.identification.beforehand import rows_of, uncertain
 from elastocal.identification.fit import Fit
 from elastocal.identification.gauss_newton import (
     Problem,
@@ -48,8 +50,9 @@ def identify(
         measurements: R readings.
         how: How to fit; the default is weighted least squares on the nonlinear equilibrium.
         prior: Estimates with covariance from before; those of springs not in `arm` do not count.
-        known: Compliances of further springs that bend but are not identified, as after the
-            first of two steps; their uncertainty is passed on.
+        known: Compliances of further springs that bend but are not wanted, as after the first of
+            two steps. Those with an uncertainty are fitted together with the others, from what is
+            known and what is read; those without are held.
 
     Raises:
         IdentifiabilityError: the data cannot tell some compliances apart; names them.
@@ -60,8 +63,8 @@ def identify(
     how = how or Fit()
     problem = _problem(arm, measurements, how, prior, known)
     linear = solve_linear(problem, how.weigher)
-    names, p = arm.springs.names, len(arm.springs)
-    doubts = [group.doubt(names) for group in confounded(linear.fit.of(0).information)]
+    names, fitted = arm.springs.names, _fitted(problem)
+    doubts = [group.doubt(fitted) for group in confounded(linear.fit.of(0).information)]
     if doubts:
         raise IdentifiabilityError(left_open(doubts, measurements.source)).with_doubts(*doubts)
     solution = linear if how.linear else solve_equilibrium(problem, linear, how.weigher)
@@ -69,17 +72,19 @@ def identify(
     misfit = _prior_misfit(problem, found)
     chi_square = float(np.sum(found.residual**2)) + misfit
     scale, variance, freedom = noise(how, found, chi_square, dof)
-    covariance = covariance_of(problem, found, variance, known)
+    covariance = covariance_of(problem, found, variance, len(fitted) - len(names))
     compliance = np.array(problem.start)
     compliance[problem.free] = found.compliance
     spring = problem.arm.springs
     model = ComplianceModel(spring, compliance, covariance, freedom, measurements.source)
-    influences, left_out = _influences(measurements, problem, found)
+    wanted = [fitted.index(name) for name in names]
+    influences, left_out = _influences(measurements, problem, found, wanted)
     return Identification(
         model=model,
         identified=names,
+        fitted=fitted,
         how=how,
-        linear=frozen(linear.compliance[0]),
+        linear=frozen(linear.compliance[0, wanted]),
         scale=scale,
         chi_square=chi_square,
         dof=dof,
@@ -88,7 +93,7 @@ def identify(
             problem.noise[0],
             measurements.cases.distinct[measurements.case] * len(measurements.tool.markers)
             + measurements.marker,
-            p - len(problem.extra_values),
+            len(fitted) - len(problem.extra_rows),
             misfit,
         ),
         residual=frozen(_in_metres(problem, found.residual)),
@@ -96,7 +101,7 @@ def identify(
         influence=influences[0],
         configuration_influence=influences[1],
         left_out=frozen(_in_metres(problem, left_out)),
-        held=tuple(n for n, h in zip(names, found.fit.held, strict=True) if h),
+        held=tuple(n for n, h in zip(fitted, found.fit.held, strict=True) if h),
         triangle=found.fit.triangle,
         variance=variance,
         iterations=found.iterations,
@@ -116,62 +121,70 @@ def _problem(
     if not len(measurements):
         raise InputError(f"{measurements.source or 'the measurements'}: there are no readings")
     springs, start = arm.springs, np.zeros(len(arm.springs))
+    doubted: tuple[str, ...] = ()
     if known is not None:
         others = [name for name in known.names if name not in arm.springs.names]
-        further = subset(known.springs, others)
-        springs = merged(arm.springs, further)
+        springs = merged(arm.springs, subset(known.springs, others))
         start = np.where([n in others for n in springs.names], known.of(springs.names), 0.0)
-    free = np.array([springs.names.index(name) for name in arm.springs.names])
-    rows, values = _prior_rows(arm.springs.names, prior)
+        doubted = uncertain(known, others)
+    free = [i for i, n in enumerate(springs.names) if n in arm.springs.names or n in doubted]
+    fitted = [springs.names[i] for i in free]
+    # The rows of the known ones come last: `covariance_of` counts on it.
+    rows, values = _prior_rows(arm.springs.names, fitted, prior)
+    if known is not None:
+        given = rows_of(known, doubted, fitted)
+        rows, values = np.vstack([rows, given]), np.append(values, given @ known.of(fitted))
     if 3 * len(measurements) + len(values) < len(free):
         doubt = Doubt("too-few-readings", arm.springs.names, (), {"readings": len(measurements)})
         raise IdentifiabilityError(worded(doubt)).with_doubts(doubt)
     bent = replace(arm, springs=springs, tool=measurements.tool)
     return Problem(
         arm=bent,
-        free=free,
+        free=np.array(free),
         start=start,
         cases=measurements.cases,
         marker=measurements.case * len(measurements.tool.markers) + measurements.marker,
         deflection=measurements.deflection[None],
         covariance=measurements.covariance,
         extra_rows=rows,
-        extra_values=values,
+        extra_values=values[None],
         nonnegative=how.nonnegative,
         known_noise=not how.estimates_sigma,
         source=measurements.source,
     )
 
 
-def _prior_rows(names: tuple[str, ...], prior: ComplianceModel | None) -> tuple[Array, Array]:
-    """Rows (E, p) and values (E,) with unit noise that say what was known before."""
-    shared = [] if prior is None else [name for name in names if name in prior.names]
-    if prior is None or not shared:
-        return np.zeros((0, len(names))), np.zeros(0)
-    index = [prior.names.index(name) for name in shared]
-    covariance = prior.covariance[np.ix_(index, index)]
-    if not (np.diagonal(covariance) > 0.0).all():
-        exact = shared[int(np.argmin(np.diagonal(covariance)))]
+def _fitted(problem: Problem) -> tuple[str, ...]:
+    """Names of the springs that are fitted."""
+    return tuple(problem.arm.springs.names[i] for i in problem.free)
+
+
+def _prior_rows(
+    names: tuple[str, ...], fitted: Sequence[str], prior: ComplianceModel | None
+) -> tuple[Array, Array]:
+    """Rows (E, f) and values (E,) with unit noise that say what was known of `names`."""
+    if prior is None:
+        return np.zeros((0, len(fitted))), np.zeros(0)
+    shared = [name for name in names if name in prior.names]
+    exact = [name for name in shared if name not in uncertain(prior, shared)]
+    if exact:
         raise InputError(
-            f"the prior knows {exact!r} exactly: leave it out of `identify`, or give it a "
+            f"the prior knows {exact[0]!r} exactly: leave it out of `identify`, or give it a "
             "standard error"
         )
-    scale = np.sqrt(np.diagonal(covariance))
-    root = np.linalg.inv(np.linalg.cholesky(covariance / np.outer(scale, scale))) / scale
-    rows = np.zeros((len(shared), len(names)))
-    rows[:, [names.index(name) for name in shared]] = root
-    return rows, root @ prior.compliance[index]
+    rows = rows_of(prior, shared, fitted)
+    return rows, rows @ prior.of(fitted)
 
 
 def _prior_misfit(problem: Problem, found: Solution) -> float:
-    return float(np.sum((problem.extra_values - problem.extra_rows @ found.compliance) ** 2))
+    return float(np.sum((problem.extra_values[0] - problem.extra_rows @ found.compliance) ** 2))
 
 
 def _influences(
-    measurements: Measurements, problem: Problem, found: Solution
+    measurements: Measurements, problem: Problem, found: Solution, wanted: Sequence[int]
 ) -> tuple[tuple[Influence, Influence], Array]:
-    """Influence of experiments and of load cases; residuals (R, 3) over the noise when an
-    experiment is left out."""
+    """Influence of experiments and of load cases on the `wanted` ones; residuals (R, 3) over the
+    noise when an experiment is left out."""
     cases = measurements.cases
     configuration = cases.distinct
     root = np.sqrt(found.weight)[:, None]
@@ -189,7 +202,12 @@ def _influences(
     )
     shift = np.nan_to_num(own.shift)[measurements.case]
     left_out = found.residual - np.einsum("rip,rp->ri", found.rows[:, :, problem.free], shift)
-    return (own, by_case), left_out
+    if len(wanted) == len(problem.free):
+        return (own, by_case), left_out
+    return (
+        influence_on(wanted, own, information),
+        influence_on(wanted, by_case, information),
+    ), left_out
 
 
 def _in_metres(problem: Problem, residual: Array) -> Array:

@@ -37,12 +37,11 @@ def left_out_covariance(found: Identification, keep: BoolArray | None = None) ->
     whole = found.measurements
     data = whole if keep is None else chosen(whole, keep)
     weight = found.weight if keep is None else found.weight[keep[whole.case]]
-    moving = [i for i, n in zip(found.index, found.identified, strict=True) if n not in found.held]
-    place = [j for j, name in enumerate(found.identified) if name not in found.held]
+    place = [j for j, name in enumerate(found.fitted) if name not in found.held]
+    moving = [found.model.names.index(found.fitted[j]) for j in place]
     information = found.information[np.ix_(place, place)]
     rows = _rows(found, data)
-    others = np.setdiff1d(np.arange(len(found.model.names)), found.index).tolist()
-    free, known = rows[:, :, moving], rows[:, :, others]
+    free = rows[:, :, moving]
     told = weight[:, None, None] * np.linalg.solve(data.covariance, free).transpose(0, 2, 1)
     left = information - _summed(told @ free, data)
     scale = 1.0 / np.sqrt(np.diagonal(information))
@@ -53,15 +52,14 @@ def left_out_covariance(found: Identification, keep: BoolArray | None = None) ->
     without = np.linalg.inv(scaled) * np.outer(scale, scale)
     noise = found.noise_factor**2
     expected = noise * data.covariance
-    expected = expected + free @ (found.variance * without)[data.case] @ free.transpose(0, 2, 1)
-    given = found.model.covariance[np.ix_(others, others)]
-    if given.any():
-        # The fit follows the errors of the known: by -M⁻¹C, which its covariance with them
-        # tells; without group g by -(M - M_g)⁻¹(C - C_g).
-        follows = found.model.covariance[np.ix_(moving, others)] @ np.linalg.pinv(given)
-        cross = -information @ follows - _summed(told @ known, data)
-        moved = known - free @ (without @ cross)[data.case]
-        expected = expected + moved @ given @ moved.transpose(0, 2, 1)
+    spread = found.variance * without
+    if len(found.fitted) > len(found.identified):
+        # What was known beforehand is as noisy as it says: the covariance of the whole fit tells
+        # how far that is from `variance`.
+        own = found.model.covariance[np.ix_(moving, moving)]
+        apart = information @ own @ information - found.variance * information
+        spread = spread + without @ apart @ without
+    expected = expected + free @ spread[data.case] @ free.transpose(0, 2, 1)
     expected[lost[data.case]] = np.inf
     return np.asarray(expected)
 

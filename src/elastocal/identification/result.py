@@ -24,6 +24,7 @@ class Identification:
     Attributes:
         model: All compliances, those that were known beforehand included, with their covariance.
         identified: Names of the p identified ones, in chain order.
+        fitted: Names of the f fitted ones: these, and those known beforehand, but not exactly.
         how: How they were fitted.
         linear: (p,) estimates of the linear model, from the same readings.
         scale: Estimated noise over that of instrument or file; 1 means: as promised.
@@ -36,7 +37,7 @@ class Identification:
         configuration_influence: Of every distinct load case.
         left_out: (R, 3) residuals of every reading when its experiment is left out [m].
         held: Names held at zero by `nonnegative`.
-        triangle: (p, p) upper triangular R with RᵀR the information.
+        triangle: (f, f) upper triangular R with RᵀR the information.
         variance: Variance of the estimate over that of this information.
         iterations: Gauss-Newton steps.
         measurements: What was fitted.
@@ -45,6 +46,7 @@ class Identification:
 
     model: ComplianceModel
     identified: tuple[str, ...]
+    fitted: tuple[str, ...]
     how: Fit
     linear: Array
     scale: float
@@ -86,7 +88,7 @@ class Identification:
 
     @property
     def information(self) -> Array:
-        """(p, p) inverse covariance for noise as promised, prior and weights included."""
+        """(f, f) inverse covariance for noise as promised, prior and weights included."""
         return np.asarray(self.triangle.T @ self.triangle)
 
     @property
@@ -106,8 +108,19 @@ class Identification:
 
     @cached_property
     def _decomposed(self) -> tuple[Array, Array]:
-        _, values, vectors = np.linalg.svd(self.triangle / column_norms(self.triangle))
+        own = self._own_triangle
+        _, values, vectors = np.linalg.svd(own / column_norms(own))
         return values, vectors
+
+    @property
+    def _own_triangle(self) -> Array:
+        """(p, p) of the identified ones, whatever the others are: those come first in the QR."""
+        others = [i for i, name in enumerate(self.fitted) if name not in self.identified]
+        if not others:
+            return self.triangle
+        own = [self.fitted.index(name) for name in self.identified]
+        whole = np.asarray(np.linalg.qr(self.triangle[:, others + own], mode="r"))
+        return whole[len(others) :, len(others) :]
 
     @property
     def noise_factor(self) -> float:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.errors import Doubt, IdentifiabilityError
 from elastocal.fitting.least_squares import inverse_root
 from elastocal.fitting.robust import EFFICIENCY, inflation, robust_scale
@@ -36,12 +35,11 @@ def noise(how: Fit, found: Solution, chi_square: float, dof: int) -> tuple[float
     return scale, scale**2, float(dof)
 
 
-def covariance_of(
-    problem: Problem, found: Solution, variance: float, known: ComplianceModel | None
-) -> Array:
-    """Covariance of all springs: of the free ones from the fit, of the known ones as given.
+def covariance_of(problem: Problem, found: Solution, variance: float, known: int) -> Array:
+    """Covariance of all springs; zero for those that are held.
 
-    An error dk of the known ones moves the free ones by -M⁻¹ AᵀB dk, B the rows of the known ones.
+    The last `known` of the further rows say what another campaign found. Their noise is what that
+    campaign says, whatever the `variance` of this one is.
     """
     count, free = len(problem.start), problem.free
     held = found.fit.held
@@ -52,16 +50,7 @@ def covariance_of(
     inverse = inverse_root(kept)
     covariance = np.zeros((count, count))
     covariance[np.ix_(moving, moving)] = variance * inverse @ inverse.T
-    others = np.setdiff1d(np.arange(count), free)
-    if known is None or not len(others):
-        return covariance
-    weighted = found.rows * found.weight[:, None, None]
-    cross = np.einsum("rip,riq->pq", found.rows[:, :, moving], weighted[:, :, others])
-    index = [known.names.index(problem.arm.springs.names[i]) for i in others]
-    given = known.covariance[np.ix_(index, index)]
-    passed = -inverse @ inverse.T @ cross
-    covariance[np.ix_(moving, moving)] += passed @ given @ passed.T
-    covariance[np.ix_(moving, others)] = passed @ given
-    covariance[np.ix_(others, moving)] = (passed @ given).T
-    covariance[np.ix_(others, others)] = given
+    rows = problem.extra_rows[len(problem.extra_rows) - known :, ~held]
+    moved = inverse @ (inverse.T @ rows.T)
+    covariance[np.ix_(moving, moving)] += (1.0 - variance) * moved @ moved.T
     return covariance
