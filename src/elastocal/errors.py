@@ -94,6 +94,7 @@ Code = Literal[
     "thin-links",
     "no-task",
     "taken-as-rigid",
+    "criterion-renamed",
     "not-watched",
     "name-twice",
     "name-of-a-part",
@@ -117,6 +118,7 @@ Code = Literal[
     "claims-rho0",
     "claims-unknown-error",
     "claims-error",
+    "claims-criteria",
     "claims-bound",
     "claims-efficiency",
     # of a motion
@@ -135,7 +137,7 @@ class Doubt:
         about: Names of what is doubted: joints, readings, constraints.
         because: Names of what it is because of, as the experiments that carry a joint.
         numbers: What the sentence says, by name, in SI units and radians.
-        unit: Their unit where the code leaves it open: "m", "rad", "N" or "N·m".
+        unit: Their SI unit where the code leaves it open, as "m" or "rad".
     """
 
     code: Code

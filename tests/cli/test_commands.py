@@ -146,6 +146,10 @@ def boast_of_the_bound(document: Any) -> None:
     document["certificate"]["rho0_lower_bound_mm"] *= 1.02
 
 
+def boast_by_g(document: Any) -> None:
+    document["criteria"]["G"] *= 1.001
+
+
 def boast_of_efficiency(document: Any) -> None:
     document["certificate"]["efficiency"] = 1.0001
 
@@ -166,6 +170,7 @@ def keep_one(document: Any) -> None:
         (boast, 2, "claims ρ0"),
         (boast_of_errors, 2, "claims a standard error"),
         (boast_of_the_bound, 2, "is confirmed"),
+        (boast_by_g, 2, "rad/(N·m) for criterion G but has"),
         (boast_of_efficiency, 2, "efficiency of 1.0001"),
         (keep_one, 4, "J1"),
     ],
@@ -316,3 +321,20 @@ def test_narrow_encodings_spell_what_they_cannot_write(folder: Path, encoding: s
         check=False,
     )
     assert b"st\\xfcdy.yaml: no such file" in done.stderr
+
+
+def test_a_study_that_asks_for_g_hears_what_that_is(folder: Path, tmp_path: Path) -> None:
+    """The name meant another criterion once: check and plan say so, and the unit."""
+    text = STUDY.replace("count: 3", "count: 1") + "criterion: G\n"
+    (tmp_path / "study.yaml").write_text(text, encoding="utf-8")
+    said = "what version 0.1.0 called G is 'coordinate'"
+    assert said in flat(run("check", tmp_path / "study.yaml").stdout)
+    made = run("plan", tmp_path / "study.yaml", "--out", tmp_path / "plan.json")
+    assert said in made.stderr
+    assert "10⁻⁹ rad/(N·m): largest standard error of a compliance" in flat(made.stdout)
+    asked = ("plan", folder / "study.yaml", "--count", 1, "--criterion", "G")
+    assert said not in run(*asked, "--out", tmp_path / "again.json").stderr
+
+
+def flat(text: str) -> str:
+    return " ".join(text.split())

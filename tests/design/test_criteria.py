@@ -226,9 +226,9 @@ def test_worst_is_the_minimum_of_its_members() -> None:
     coordinates = [
         np.diagonal(p.regressor @ covariance @ p.regressor.T).max() for p in study.test_poses
     ]
-    worst, g = CRITERIA["worst"].function(study), CRITERIA["G"].function(study)
+    worst, one = (CRITERIA[name].function(study) for name in ("worst", "coordinate"))
     assert value(worst, matrix) == pytest.approx(1.0 / max(errors), rel=1e-12)
-    assert value(g, matrix) == pytest.approx(1.0 / max(coordinates), rel=1e-12)
+    assert value(one, matrix) == pytest.approx(1.0 / max(coordinates), rel=1e-12)
     with pytest.raises(ValueError, match="worst of no criteria"):
         Worst([])
 
@@ -249,13 +249,14 @@ def test_losses_are_in_physical_units() -> None:
     assert found["A"] == pytest.approx(np.sqrt((1 + 1 / 4 + 1 / 16) / 3))
     assert found["D"] == pytest.approx(1 / 2)
     assert found["E"] == pytest.approx(1.0)
+    assert found["G"] == pytest.approx(1.0)
     assert found["O1"] == pytest.approx(2.0)
     assert found["O2"] == pytest.approx(1 / 4)
     assert found["O3"] == pytest.approx(1.0)
     assert found["O4"] == pytest.approx(1 / 4)
     assert found["O5"] == pytest.approx(1 + 1 / 2 + 1 / 4)
     assert found["test-pose"] > 0.0
-    assert found["G"] <= found["worst"]
+    assert found["coordinate"] <= found["worst"]
 
 
 def test_losses_of_singular_information_are_infinite() -> None:
@@ -279,5 +280,7 @@ def test_criteria_that_are_not_concave_are_not_information_functions() -> None:
 
 
 def test_an_unknown_criterion_is_refused() -> None:
-    with pytest.raises(InputError, match="no criterion 'T'; there are test-pose, worst, G, A, D"):
+    with pytest.raises(
+        InputError, match="no criterion 'T'; there are test-pose, worst, coordinate, A, D"
+    ):
         criterion_of(replace(study_with_two_test_poses(), criterion="T"))

@@ -84,6 +84,12 @@ def note_origin(name: str, proposal: Proposal, study: Study) -> None:
         print(f"note: {name} was made from another version of the study", file=sys.stderr)
     if proposal.robot_hash and proposal.robot_hash != study.robot.sha256:
         print(f"note: {name} was made with another robot file", file=sys.stderr)
+    if proposal.named != proposal.criterion:
+        print(
+            f"note: {name} was made for what version 0.1.0 called {proposal.named}; it is judged "
+            f"by that, which is {proposal.criterion!r} now",
+            file=sys.stderr,
+        )
 
 
 def readings(study: Study, paths: list[Path], mapping: Path | None = None) -> Measurements:

@@ -43,14 +43,19 @@ def plan_command(
     from elastocal.cli.planning import planned
     from elastocal.files.plans.plan_file import plan_document
     from elastocal.files.study.study_file import read_study
+    from elastocal.study.criteria import renamed
     from elastocal.terminal.plans import show_plan
+    from elastocal.wording import worded
 
     writable(out, study_file, suffix=".json")
     writable(out.with_suffix(".csv"), study_file)
     study = read_study(study_file)
     if after:
         study = _rest(study, after)
-    made = planned(_overridden(study, count, max_configurations, criterion), out, seed)
+    study = _overridden(study, count, max_configurations, criterion)
+    for doubt in () if criterion else renamed(study):
+        print(f"note: {worded(doubt)}", file=sys.stderr)
+    made = planned(study, out, seed)
     if as_json:
         print_json(plan_document(made))
         return

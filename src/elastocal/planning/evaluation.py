@@ -19,6 +19,7 @@ from elastocal.motion.margins import Vias, motion_violations
 from elastocal.planning.assessment import Assessment, assess
 from elastocal.planning.certificate import Bound, Certificate, certificate, confirmed
 from elastocal.planning.visibility import Visibility, visibility
+from elastocal.study.criteria import CRITERIA, RHO0
 from elastocal.study.identifiability import unidentifiable
 from elastocal.study.study import Study, with_count
 
@@ -73,7 +74,8 @@ def evaluate(
         study: The study.
         cases: S load cases.
         repeats: (S,) repeats.
-        claims: What is claimed: rho0 [m], lower_bound [m], efficiency, standard_error by joint.
+        claims: What is claimed: rho0 [m], lower_bound [m], efficiency, standard_error by joint,
+            criteria by name, in SI.
         bound: Bound for this study and as many experiments.
         via: Configurations passed on the way, see `motion.Vias`.
     """
@@ -105,12 +107,23 @@ def _false_claims(
             yield Doubt("claims-unknown-error", (name,))
         elif _differ(claimed, errors[name], _AGREE):
             yield _claim("claims-error", claimed, errors[name], name)
+    yield from _false_criteria(study, worth, claims.get("criteria", {}))
     bound, promised = proof.position_bound, claims.get("lower_bound", 0.0)
     if bound is not None and promised > bound * (1.0 + _BOUNDS_AGREE):
         yield _claim("claims-bound", promised, bound)
     promised = claims.get("efficiency", 0.0)
     if proof.kind != "none" and promised > proof.efficiency * (1.0 + 2.0 * _BOUNDS_AGREE):
         yield _claim("claims-efficiency", promised, proof.efficiency)
+
+
+def _false_criteria(study: Study, worth: Assessment, claimed: dict[str, float]) -> Iterator[Doubt]:
+    """Values of criteria that are others, in one doubt; those of the standard errors are."""
+    found = {name: worth.criteria[name] for name in claimed if name != RHO0.name}
+    wrong = tuple(name for name in found if _differ(claimed[name], found[name], _AGREE))
+    if wrong:
+        first = wrong[0]
+        numbers = {"claimed": claimed[first], "found": found[first]}
+        yield Doubt("claims-criteria", wrong, (), numbers, CRITERIA[first].unit(study.springs))
 
 
 def _claim(code: Code, claimed: float, found: float, *about: str) -> Doubt:

@@ -18,6 +18,7 @@ from elastocal.motion.via_points import refuse_home
 from elastocal.planning.visibility import visibility
 from elastocal.robot.pose_check import PoseCheck, check_known_poses, refuse_misfit
 from elastocal.robot.posture import Posture
+from elastocal.study.criteria import renamed
 from elastocal.study.identifiability import check_count, check_identifiable
 from elastocal.study.study import Study
 
@@ -145,6 +146,7 @@ def _doubts(study: Study, reach: float) -> Iterator[Doubt]:
         yield Doubt("no-task", idle)
     if rigid := tuple(n for n in study.robot.joint_names if n not in study.springs.names):
         yield Doubt("taken-as-rigid", rigid)
+    yield from renamed(study)
 
 
 def _tools(study: Study, reach: float) -> Iterator[Doubt]:

@@ -18,7 +18,7 @@ from elastocal.design.minimax import Worst
 from elastocal.design.observability import SingularValueRatio
 from elastocal.design.test_pose import TestPosePrecision
 from elastocal.elastic.springs import VirtualJoints
-from elastocal.errors import InputError
+from elastocal.errors import Doubt, InputError
 from elastocal.study.study import Study
 
 
@@ -35,10 +35,12 @@ def metres(springs: VirtualJoints) -> str:
 
 def compliances(springs: VirtualJoints) -> str:
     """Unit of a standard error of a compliance."""
-    sliding = springs.prismatic
-    if sliding.any() and not sliding.all():
-        return "SI, mixed"
-    return springs.kinds[0].compliance
+    return "SI, mixed" if _mixed(springs) else springs.kinds[0].compliance
+
+
+def _mixed(springs: VirtualJoints) -> bool:
+    """Whether some springs turn and others slide."""
+    return bool(springs.prismatic.any() and not springs.prismatic.all())
 
 
 @dataclass(frozen=True)
@@ -95,7 +97,15 @@ def _worst_test_pose(study: Study) -> Criterion:
 
 def _worst_coordinate(study: Study) -> Criterion:
     rows = np.concatenate([pose.regressor for pose in study.test_poses])
-    rows = rows[np.abs(rows).sum(axis=1) > 0.0]
+    return _worst_of(rows[np.abs(rows).sum(axis=1) > 0.0])
+
+
+def _worst_compliance(study: Study) -> Criterion:
+    return _worst_of(np.eye(len(study.springs)))
+
+
+def _worst_of(rows: Array) -> Criterion:
+    """1 over the largest variance of the combinations `rows` (K, p) of the compliances."""
     return Worst([TestPosePrecision(np.outer(row, row)) for row in rows])
 
 
@@ -108,13 +118,18 @@ def _observability(
     function: Criterion,
     index: Callable[[Array], float],
     meaning: str,
-    unit: str = "N·m²",
+    units: tuple[str, str] = ("N·m²", "N"),
     larger_is_better: bool = True,
 ) -> PlanCriterion:
-    """An index of the singular values of the stacked regressor, as Table 1 of the paper."""
+    """An index of the singular values of the stacked regressor, as Table 1 of the paper.
+
+    `units` are its units where all springs turn, and where all slide.
+    """
 
     def unit_of(springs: VirtualJoints) -> str:
-        return "SI" if unit and springs.prismatic.any() else unit
+        if _mixed(springs):
+            return "SI" if units[0] else ""
+        return units[int(springs.prismatic.all())]
 
     def measured(study: Study, information: Array, _: Criterion) -> float:
         eigenvalues = np.linalg.eigvalsh(information)
@@ -165,7 +180,7 @@ CRITERIA: dict[str, PlanCriterion] = {
             symbol="worst ρ0",
         ),
         PlanCriterion(
-            "G",
+            "coordinate",
             _worst_coordinate,
             "largest error of one coordinate over the test poses",
             metres,
@@ -174,17 +189,35 @@ CRITERIA: dict[str, PlanCriterion] = {
         _mean("A", -1.0, "root mean square standard error of the compliances"),
         _mean("D", 0.0, "volume of the confidence ellipsoid"),
         _mean("E", -np.inf, "longest axis of the confidence ellipsoid"),
+        PlanCriterion(
+            "G", _worst_compliance, "largest standard error of a compliance", compliances
+        ),
         _observability("O1", MatrixMean(0.0), _o1, "geometric mean of the singular values (as D)"),
         _observability(
-            "O2", SingularValueRatio(1), _o2, "inverse condition number; no certificate", unit=""
+            "O2", SingularValueRatio(1), _o2, "inverse condition number; no certificate", ("", "")
         ),
         _observability("O3", MatrixMean(-np.inf), _o3, "smallest singular value (as E)"),
         _observability("O4", SingularValueRatio(2), _o4, "noise amplification; no certificate"),
         _observability(
-            "O5", MatrixMean(-0.5), _o5, "inverse sum of singular values", "1/(N·m²)", False
+            "O5",
+            MatrixMean(-0.5),
+            _o5,
+            "sum of the inverse singular values",
+            ("1/(N·m²)", "1/N"),
+            False,
         ),
     )
 }
+
+
+RENAMED = {"G": "coordinate"}
+"""Names that meant something else in 0.1.0, and what that is called now."""
+
+
+def renamed(study: Study) -> tuple[Doubt, ...]:
+    """That the criterion of a study has a name which once meant another."""
+    old = study.criterion
+    return (Doubt("criterion-renamed", (old, RENAMED[old])),) if old in RENAMED else ()
 
 
 def criterion_of(study: Study) -> Criterion:

@@ -16,11 +16,11 @@ from elastocal.planning.evaluation import Evaluation
 from elastocal.planning.plan import Plan
 from elastocal.planning.visibility import Visibility
 from elastocal.robot.chain import Robot
-from elastocal.study.criteria import CRITERIA
+from elastocal.study.criteria import CRITERIA, RHO0
 from elastocal.study.study import Study
 from elastocal.terminal.console import micrometres, numbers, out, whole
 from elastocal.wording import worded
-from elastocal.wording.numbers import described
+from elastocal.wording.numbers import described, number, shown_unit
 
 
 def show_plan(plan: Plan) -> None:
@@ -44,8 +44,20 @@ def show_plan(plan: Plan) -> None:
         f"ρ0 = [bold]{micrometres(worth.rho0)}[/bold]: root mean square position error "
         "after compensation at the test poses"
     )
+    if plan.criterion != RHO0.name:
+        out.print(Text(_by_criterion(plan)))
     out.print(Text(certificate_sentence(plan.certificate, plan.count)))
     out.print(Text(duration_sentence(plan.schedule)))
+
+
+def _by_criterion(plan: Plan) -> str:
+    """What the plan is worth by the criterion it is made for."""
+    criterion, value = CRITERIA[plan.criterion], plan.assessment.criteria[plan.criterion]
+    factor, unit = shown_unit(criterion.unit(plan.study.springs), [value])
+    better = "larger" if criterion.larger_is_better else "smaller"
+    times = "×" if unit.startswith("10") else " "
+    found = f"{number(factor * value, 4)}{times}{unit}".rstrip()
+    return f"{criterion.name} = {found}: {criterion.meaning}; {better} is better"
 
 
 def _run_sheet(robot: Robot, plan: Plan) -> Table:

@@ -28,6 +28,13 @@ def _lengths(doubt: Doubt, what: str) -> str:
     return what.format(**{name: 1e3 * value for name, value in doubt.numbers.items()})
 
 
+def _criteria(doubt: Doubt) -> str:
+    first, *more = doubt.about
+    claimed, found = (described(doubt.numbers[n], doubt.unit, 6) for n in ("claimed", "found"))
+    rest = f"; the same goes for {', '.join(more)}" if more else ""
+    return f"it claims {claimed} for criterion {first} but has {found}{rest}"
+
+
 SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     "constraint-broken": lambda doubt: (
         f"{_at(doubt)} breaks {doubt.about[0]} by {described(doubt.numbers['by'], doubt.unit)}"
@@ -56,6 +63,7 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     "claims-error": lambda doubt: _claim(
         doubt, "it claims a standard error of {claimed:.4g} for {} but has {found:.4g}"
     ),
+    "claims-criteria": _criteria,
     "claims-bound": lambda doubt: _lengths(
         doubt,
         "it claims that no plan is better than {claimed:.6g} mm, but only {found:.6g} mm is "

@@ -72,6 +72,10 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     "taken-as-rigid": lambda doubt: (
         f"{', '.join(doubt.about)}: taken as rigid, not identified by this study"
     ),
+    "criterion-renamed": lambda doubt: (
+        "criterion {0} is that of the paper's Table 1, the largest standard error of a compliance; "
+        "what version 0.1.0 called {0} is {1!r}".format(*doubt.about)
+    ),
     "name-twice": lambda doubt: f"two obstacles are called {doubt.about[0]!r}",
     "name-of-a-part": lambda doubt: (
         f"obstacle {doubt.about[0]!r} has the name of a part of the robot"

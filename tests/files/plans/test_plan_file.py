@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import elastocal as ec
-from elastocal.errors import PlanFileError
+from elastocal.errors import Doubt, PlanFileError
 from elastocal.files.plans.certificate_section import read_certified_design
+from elastocal.planning.certificate import Bound, lower_bound
+from elastocal.planning.evaluation import evaluate
+from elastocal.wording import worded
 from tests.files.campaign import study
 
 LIGHT = ec.Effort(batch=8, generations=1, patience=1, islands=1)
@@ -105,3 +109,81 @@ def test_a_run_sheet_that_a_spreadsheet_saved_is_read(plan: ec.Plan, tmp_path: P
     np.testing.assert_array_equal(again.load_cases.q, sheet.load_cases.q)
     np.testing.assert_array_equal(again.load_cases.wrench, sheet.load_cases.wrench)
     np.testing.assert_array_equal(again.repeats, sheet.repeats)
+
+
+QUICK = """\
+elastocal: 1
+robot: three-link
+test_poses:
+  - {tool: tip, q_deg: [0, 60, -45], force_N: [0, 290, -960]}
+experiments: {tool: tip, max_force_N: 1000, direction: free, count: 3}
+instrument: {sigma_mm: 0.1}
+criterion: coordinate
+"""
+
+
+def as_0_1_0_wrote_it(plan: ec.Plan, path: Path) -> dict[str, Any]:
+    """A plan for the largest error of one coordinate, when that was called G."""
+    ec.write_plan(plan, path)
+    document: dict[str, Any] = json.loads(path.read_text("utf-8"))
+    criteria, certificate = document["criteria"], document["certificate"]
+    del criteria["G"]
+    criteria["G_mm"] = criteria.pop("coordinate_mm")
+    if plan.criterion == "coordinate":
+        document["criterion"] = certificate["criterion"] = "G"
+        certificate["G_lower_bound_mm"] = certificate.pop("coordinate_lower_bound_mm")
+    path.write_text(json.dumps(document), "utf-8")
+    return document
+
+
+def test_what_was_called_g_is_judged_by_what_it_meant(tmp_path: Path) -> None:
+    """Claims in metres under the old name are held against `coordinate`, never against G."""
+    wanted = study(QUICK)
+    bound = lower_bound(wanted, np.random.default_rng(0))
+    old = ec.plan(wanted, seed=3, effort=LIGHT, bound=bound)
+    path = tmp_path / "plan.json"
+    document = as_0_1_0_wrote_it(old, path)
+    proposal = ec.read_proposal(path, old.study)
+    assert (proposal.named, proposal.criterion) == ("G", "coordinate")
+    worth = old.assessment.criteria
+    assert proposal.claims["criteria"]["coordinate"] == pytest.approx(worth["coordinate"])
+    assert proposal.claims["lower_bound"] == pytest.approx(old.certificate.lower_bound)
+    assert "G" not in proposal.claims["criteria"]
+    assert ec.read_plan(path).criterion == "coordinate"
+    assert judged(old, path, bound) == ()
+    document["criteria"]["G_mm"] *= 1.01
+    document["certificate"]["G_lower_bound_mm"] *= 1.01
+    path.write_text(json.dumps(document), "utf-8")
+    value, least = judged(old, path, bound)
+    assert (value.code, value.about, value.unit) == ("claims-criteria", ("coordinate",), "m")
+    assert worded(value).startswith("it claims 0.0")
+    assert worded(value).split(" but ")[0].endswith(" mm for criterion coordinate")
+    assert least.code == "claims-bound"
+
+
+def judged(plan: ec.Plan, path: Path, bound: Bound) -> tuple[Doubt, ...]:
+    p = ec.read_proposal(path, plan.study)
+    return evaluate(plan.study, p.load_cases, p.repeats, p.claims, bound).objections
+
+
+def test_a_plan_for_another_criterion_may_claim_the_old_g(plan: ec.Plan, tmp_path: Path) -> None:
+    as_0_1_0_wrote_it(plan, tmp_path / "plan.json")
+    proposal = ec.read_proposal(tmp_path / "plan.json", plan.study)
+    assert proposal.named == proposal.criterion == "test-pose"
+    assert set(proposal.claims["criteria"]) == set(plan.assessment.criteria) - {"G"}
+
+
+def test_claims_of_all_criteria_are_read_in_si(plan: ec.Plan, tmp_path: Path) -> None:
+    path = tmp_path / "plan.json"
+    ec.write_plan(plan, path)
+    claims = ec.read_proposal(path, plan.study).claims["criteria"]
+    assert claims == pytest.approx(plan.assessment.criteria, rel=1e-12)
+    document = json.loads(path.read_text("utf-8"))
+    document["criteria"] |= {"G": None, "A_mm": 1.0, "worst": 1.0, "future": "yes"}
+    path.write_text(json.dumps(document), "utf-8")
+    again = ec.read_proposal(path, plan.study).claims["criteria"]
+    assert set(again) == set(claims) - {"G"}
+    document["criteria"]["G"] = "19"
+    path.write_text(json.dumps(document), "utf-8")
+    with pytest.raises(PlanFileError, match="criteria, G: expected a finite number, found 19"):
+        ec.read_proposal(path, plan.study)

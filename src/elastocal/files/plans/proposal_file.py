@@ -18,7 +18,7 @@ from elastocal.files.tables.csv_table import PLAIN, read_table
 from elastocal.files.texts import json_document, read_text
 from elastocal.planning.remaining import knowing
 from elastocal.robot.chain import Robot
-from elastocal.study.criteria import CRITERIA, RHO0
+from elastocal.study.criteria import CRITERIA, RENAMED, RHO0
 from elastocal.study.study import Done, Study, with_count
 
 
@@ -31,9 +31,10 @@ class Proposal:
         load_cases: S load cases.
         repeats: (S,) how often each is measured.
         claims: What the file says of itself: rho0 [m], lower_bound [m], efficiency,
-            standard_error {joint: rad/(N·m)}; whatever is there.
+            standard_error {joint: rad/(N·m)}, criteria {name: SI}; whatever is there.
         study_hash: Hash of the study it was made from, empty if not said.
-        criterion: Criterion it was made for, empty if not said.
+        criterion: Criterion it was made for, by the name it has today; empty if not said.
+        named: What the file calls that criterion.
         seed: Seed of the search, None if not said.
         robot_hash: Hash of the robot file it was made with, empty if not said.
         done: What was measured before it, None if nothing.
@@ -52,6 +53,7 @@ class Proposal:
     done: Done | None = None
     via: tuple[Array, ...] = ()
     free_joints: tuple[str, ...] = ()
+    named: str = ""
 
     @property
     def count(self) -> int:
@@ -110,13 +112,15 @@ def _read_json(text: str, path: Path, robot: Robot) -> Proposal:
     counts = [entry.get("repeats") for entry in entries]
     repeats = np.array([_repeats(n, f"{path}, load case {i + 1}") for i, n in enumerate(counts)])
     certificate = _section(document, "certificate")
-    bound = bound_key(str(document.get("criterion", "")))
+    named = str(document.get("criterion", ""))
+    criterion = _name_today(named, document)
     claims: dict[str, Any] = {
         name: finite_at(section[key], f"{path}: {key}") / unit
         for name, section, key, unit in (
             ("rho0", document, "rho0_mm", 1e3),
             ("experiments", document, "experiments", 1.0),
-            ("lower_bound", certificate, bound, 1e3),
+            ("lower_bound", certificate, bound_key(criterion), 1e3),
+            ("lower_bound", certificate, f"{named}_lower_bound_mm", 1e3),
             ("efficiency", certificate, "efficiency", 1.0),
         )
         if key in section
@@ -126,6 +130,7 @@ def _read_json(text: str, path: Path, robot: Robot) -> Proposal:
         for name, entry in _section(document, "standard_error").items()
         if isinstance(entry, dict)
     }
+    claims["criteria"] = _claimed_criteria(_section(document, "criteria"), path)
     origin = _section(document, "study")
     seed = document.get("seed")
     return Proposal(
@@ -134,13 +139,34 @@ def _read_json(text: str, path: Path, robot: Robot) -> Proposal:
         repeats,
         claims,
         str(origin.get("sha256", "")),
-        str(document.get("criterion", "")),
+        criterion,
         seed if isinstance(seed, int) else None,
         str(origin.get("robot_sha256", "")),
         read_done(document["after"], robot, f"{path}: after") if "after" in document else None,
         read_via(document.get("via", []), robot, len(cases), str(path)),
         _free(document.get("free_joints"), robot),
+        named,
     )
+
+
+def _name_today(named: str, document: dict[str, Any]) -> str:
+    """The criterion of a plan: a name that meant a length when it was written is another now."""
+    old = f"{named}_mm" in _section(document, "criteria")
+    old = old or f"{named}_lower_bound_mm" in _section(document, "certificate")
+    return RENAMED[named] if old and named in RENAMED else named
+
+
+def _claimed_criteria(section: dict[str, Any], path: Path) -> dict[str, float]:
+    """Values of criteria in SI; lengths have their unit in the key, also under an old name."""
+    claimed = {}
+    for key, value in section.items():
+        bare = key.removesuffix("_mm")
+        name = RENAMED.get(bare, bare) if bare != key else key
+        known = name in CRITERIA and CRITERIA[name].is_position_error == (bare != key)
+        if known and value is not None:  # null: infinite
+            scale = 1e3 if bare != key else 1.0
+            claimed[name] = finite_at(value, f"{path}: criteria, {key}") / scale
+    return claimed
 
 
 def _section(document: dict[str, Any], key: str) -> dict[str, Any]:
