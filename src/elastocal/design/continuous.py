@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastocal.arrays import Array
-from elastocal.design.approximate import optimal_weights
+from elastocal.arrays import Array, IntArray
+from elastocal.design.approximate import Weights, optimal_weights
 from elastocal.design.certificate import DualBound, dual_bound
 from elastocal.design.criterion import InformationFunction
 from elastocal.design.oracle import climb, square_root
@@ -48,6 +48,7 @@ class ContinuousDesign:
 
 TOLERANCE = 5e-6
 """Relative gap between value and bound at which the search stops."""
+_SPREAD = 20  # random points that make a design, to see which members of a criterion decide there
 _CANDIDATES = 2000  # random feasible points to begin with
 _STARTS = 30  # ascents per round
 _ROUNDS = 60  # most rounds; the gap is what it is after that
@@ -78,15 +79,22 @@ def continuous_design(
         progress: Told the gap as it closes.
     """
     base = np.zeros((space.parameters,) * 2) if base is None else base
-    smooth = criterion.smooth
     pool = space.sample(_CANDIDATES, rng)
     if known is not None:
         pool = np.concatenate([known, pool])
     pool_informations = information(space.evaluate(pool).blocks)
     flat_pool = pool_informations.reshape(len(pool), -1)
-    chosen = optimal_weights(smooth, pool_informations, base, tolerance=1e-2)
+    # Of very many members those that decide at some design or other, and later where it leads.
+    spread = base + pool_informations[: len(pool) // _SPREAD * _SPREAD].reshape(
+        -1, _SPREAD, *base.shape
+    ).mean(axis=1)
+    seen = [spread]
+    criterion, chosen = _weighed(
+        criterion.near(spread), pool_informations, base, seen, tolerance=1e-2
+    )
     x, weights = pool[chosen.support], chosen.weights
     informations = pool_informations[chosen.support]
+    smooth = criterion.smooth
     bound: DualBound | None = None
     gaps: list[float] = []
     for count in range(_ROUNDS):
@@ -113,20 +121,46 @@ def continuous_design(
         new = _distinct(space, found, s, level * (1.0 + 0.2 * TOLERANCE), 2 * _STARTS, gradient)
         x = np.concatenate([x, new])
         informations = information(space.evaluate(x).blocks)
-        chosen = optimal_weights(
-            smooth, informations, base, start=np.arange(len(x)), tolerance=0.1 * TOLERANCE
+        every = np.arange(len(x))
+        wider, chosen = _weighed(
+            criterion, informations, base, seen, start=every, tolerance=0.1 * TOLERANCE
         )
+        if wider is not criterion:
+            criterion, smooth = wider, wider.smooth
         x, weights = x[chosen.support], chosen.weights
         informations = informations[chosen.support]
         if progress is not None:
             progress("continuous design", gap)
-    target = certified or criterion
+    target = criterion if certified is None else certified.near(np.concatenate(seen))
     total = base + np.einsum("i,ijk->jk", weights, informations)
     if bound is None or target is not smooth:
         bound = dual_bound(space, target, total, base, x, rng)
     value = float(target.value(total[None])[0])
     gap = bound.upper / value - 1.0 if value > 0.0 else np.inf
     return ContinuousDesign(x, weights, informations, total, bound, gap)
+
+
+def _weighed(
+    criterion: InformationFunction,
+    informations: Array,
+    base: Array,
+    seen: list[Array],
+    *,
+    start: IntArray | None = None,
+    tolerance: float,
+) -> tuple[InformationFunction, Weights]:
+    """Best weights, and the criterion with every member that decides there.
+
+    The information matrices it was asked about are added to `seen`.
+    """
+    while True:
+        chosen = optimal_weights(criterion, informations, base, start=start, tolerance=tolerance)
+        total = base + np.einsum("i,ijk->jk", chosen.weights, informations[chosen.support])
+        seen.append(total[None])
+        wider = criterion.near(total[None])
+        if wider is criterion:
+            return criterion, chosen
+        criterion = wider
 
 
 def _distinct(

@@ -14,7 +14,7 @@ from functools import reduce
 
 import numpy as np
 
-from elastocal.arrays import Array, IntArray
+from elastocal.arrays import Array, BoolArray, IntArray
 from elastocal.design.approximate import interior_point
 from elastocal.design.continuous import ContinuousDesign
 from elastocal.design.criterion import Criterion, InformationFunction
@@ -73,14 +73,24 @@ class Goal:
     criterion: Criterion
     base: Array
 
-    def values(self, x: Array, counts: IntArray) -> Array:
-        """(B,) criterion of plans (B, s, d) with repeats (B, s); 0 where infeasible."""
+    def totals(self, x: Array, counts: IntArray) -> tuple[Array, BoolArray]:
+        """(B, p, p) information of plans (B, s, d) with repeats (B, s), and which are feasible."""
         batch, s, d = x.shape
         evaluation = self.space.evaluate(x.reshape(-1, d))
         each = information(evaluation.blocks).reshape(batch, s, self.space.parameters, -1)
         total = self.base + np.einsum("bs,bsij->bij", counts, each)
         feasible = (evaluation.margins >= -1e-8).reshape(batch, -1).all(axis=1)
+        return total, np.asarray(feasible)
+
+    def values(self, x: Array, counts: IntArray) -> Array:
+        """(B,) criterion of plans (B, s, d) with repeats (B, s); 0 where infeasible."""
+        total, feasible = self.totals(x, counts)
         return np.where(feasible, self.criterion.value(total), 0.0)
+
+    def near(self, information: Array) -> Goal:
+        """The goal with all that decides at information matrices; itself if nothing is missing."""
+        criterion = self.criterion.near(information)
+        return self if criterion is self.criterion else replace(self, criterion=criterion)
 
 
 class Plans:
@@ -183,6 +193,8 @@ def exact_design(
     smooth = goal
     if isinstance(goal.criterion, InformationFunction):  # kinks stop a quasi-Newton method
         smooth = replace(goal, criterion=goal.criterion.smooth)
+    if continuous is not None:
+        smooth = smooth.near(continuous.total[None])
     breeder = _Breeder(smooth, count, distinct, rng, continuous)
     elites = []
     for island in range(effort.islands):
@@ -191,14 +203,17 @@ def exact_design(
         if breeder.cannot_improve(elites[-1].value[0]):
             break
     elite = reduce(Plans.join, elites).best(_ELITE, apart=_APART)
-    polished = elite.best(6)
-    final = refine(smooth, polished, stages=((300, 6),), tolerance=1e-13)
-    last = elite.join(final)
-    if not last.value.max() > 0.0:
-        raise InfeasibleError(
-            f"no feasible plan of {count} experiments at {distinct} points was found; "
-            "the constraints may leave too little room"
-        )
+    while True:
+        final = refine(breeder.goal, elite.best(6), stages=((300, 6),), tolerance=1e-13)
+        last = elite.join(final)
+        if not last.value.max() > 0.0:
+            raise InfeasibleError(
+                f"no feasible plan of {count} experiments at {distinct} points was found; "
+                "the constraints may leave too little room"
+            )
+        known, elite = breeder.goal, breeder.checked(last)
+        if breeder.goal is known:
+            break
     last.value = goal.values(last.x, last.counts)
     return _tidy(last.best(1))
 
@@ -214,7 +229,7 @@ def _island(
     idle = 0
     for generation in range(1, effort.generations):
         children = breeder.evolve(breeder.children(elite, effort.batch), effort)
-        merged = elite.join(children).best(_ELITE, apart=_APART)
+        merged = breeder.checked(elite.join(children).best(_ELITE, apart=_APART))
         gain = merged.value[0] / max(elite.value[0], _TINY) - 1.0
         elite, idle = merged, idle + 1 if gain < 1e-5 else 0
         if progress is not None:
@@ -273,6 +288,17 @@ class _Breeder:
             stages.append((evaluations, left))
         refined = refine(self.goal, plans, stages=stages)
         return refined.best(_ELITE, apart=_APART)
+
+    def checked(self, plans: Plans) -> Plans:
+        """Plans valued by all that decides at any of them, of a criterion with very many members.
+
+        What was missing counts from now on.
+        """
+        wider = self.goal.near(self.goal.totals(plans.x, plans.counts)[0])
+        if wider is self.goal:
+            return plans
+        self.goal = wider
+        return Plans(plans.x, plans.counts, wider.values(plans.x, plans.counts)).best(len(plans))
 
     def cannot_improve(self, value: float) -> bool:
         """Whether the certificate leaves less than 1e-5 to gain."""

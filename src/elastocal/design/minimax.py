@@ -1,8 +1,9 @@
-"""Worst case over several criteria: G-optimality and minimax over test poses."""
+"""Worst case over several criteria, and floors under what a criterion ignores."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Self
 
 import numpy as np
 
@@ -19,6 +20,12 @@ class _Several(InformationFunction):
         if not members:
             raise ValueError("the worst of no criteria is not defined")
         self.members, self.sharpness = tuple(members), sharpness
+
+    def near(self, information: Array) -> Self:
+        members = [member.near(information) for member in self.members]
+        if all(new is old for new, old in zip(members, self.members, strict=True)):
+            return self
+        return type(self)(members, self.sharpness)
 
     def _mixture(self, information: Array) -> tuple[Array, Array]:
         """Gradients of the members with weights (K, B) that fall off as a power of φ_k, summed."""
