@@ -36,6 +36,8 @@ _PUBLIC = {
     "Tilt": "elastocal.constraints",
     "TestPose": "elastocal.study.study",
     "test_pose": "elastocal.study.study",
+    "TestPath": "elastocal.study.test_path",
+    "test_path": "elastocal.study.test_path",
     "Isotropic": "elastocal.measuring.instrument",
     "LaserTracker": "elastocal.measuring.instrument",
     "Experiments": "elastocal.study.study",

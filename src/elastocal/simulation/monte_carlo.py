@@ -50,7 +50,8 @@ class Campaigns:
         standard_error: (K, p) as each campaign reports them.
         quantile: Half width of a 95 % interval in standard errors.
         covariance: (p, p) predicted from the plan alone.
-        error: (K, T) distance between target and tool at the test poses after compensation [m].
+        error: (K, T) distance between target and tool at the test poses after compensation [m]; of
+            a path its root mean square.
         weight: (T,) weights of the test poses, of sum 1.
         loss: (p, p) matrix Q of the squared error dkᵀ Q dk over the test poses, to first order.
         rho0_each: (T,) predicted root mean squares of `error` [m].
@@ -199,6 +200,7 @@ def campaigns(
     how, reality = how or Fit(), reality or Reality()
     linear, arm = reality.linear, study.arm
     _check(study, truth, number, workers, how)
+    judges = tuple(judge(arm, truth, pose, linear=linear) for pose in study.test_poses)
     shared: dict[str, _Plan] = {}
     for name, (planned, times) in plans.items():
         kept = np.asarray(times) > 0
@@ -209,7 +211,7 @@ def campaigns(
             ideal,
             truth.compliance,
             how,
-            tuple(judge(arm, truth, pose, linear=linear) for pose in study.test_poses),
+            judges,
             reality,
         )
         # One campaign the long way: it refuses what cannot be identified, by name.
@@ -341,8 +343,7 @@ def _collected(
     design = plan.design
     covariance = predicted_covariance(design)
     poses = study.test_poses
-    weight = np.array([pose.weight for pose in poses])
-    weight = weight / weight.sum()
+    weight = study.shares
     loss = sum(w * p.regressor.T @ p.regressor for w, p in zip(weight, poses, strict=True))
     dof = float(design.dof) if plan.how.estimates_sigma else np.inf
     return Campaigns(

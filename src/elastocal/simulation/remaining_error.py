@@ -12,9 +12,10 @@ import numpy as np
 from elastocal.arrays import Array, IntArray
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.compliance_model import ComplianceModel
-from elastocal.elastic.equilibrium import loaded_deflection
+from elastocal.elastic.equilibrium import deflection_and_gradient, loaded_deflection
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.study.study import TestPose
+from elastocal.study.test_path import TestPath, mean_rows
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,7 @@ class Judge:
     Attributes:
         truth: (c,) true compliances of all springs [rad/(N·m) or m/N].
         free: (p,) which of them are identified.
-        regressor: (r, p) A0.
+        regressor: (r, p) A0; of a path the rows of the loaded deflection, see `mean_rows`.
         arm: The true arm with the tool of the test pose, its TCP the only marker; None: the
             regressor judges.
         case: The load case of the test pose.
@@ -37,13 +38,22 @@ class Judge:
     case: LoadCases | None = None
 
 
-def judge(arm: ElasticArm, truth: ComplianceModel, pose: TestPose, *, linear: bool) -> Judge:
-    """The judge of a test pose; by its regressor where it has no load case, or if `linear`."""
+def judge(
+    arm: ElasticArm, truth: ComplianceModel, pose: TestPose | TestPath, *, linear: bool
+) -> Judge:
+    """The judge of a test pose; by its regressor where it has no load case, or if `linear`.
+
+    That of a path has the root mean square over its points. To take all of them, it goes by the
+    derivative of the loaded deflection at the truth.
+    """
     free = np.array([truth.names.index(name) for name in arm.springs.names])
     if linear or pose.case is None or pose.tool is None:
         return Judge(truth.compliance, free, pose.regressor)
     true = replace(arm, springs=truth.springs, tool=pose.tool.at_tcp)
-    return Judge(truth.compliance, free, pose.regressor, true, pose.case)
+    if isinstance(pose, TestPose):
+        return Judge(truth.compliance, free, pose.regressor, true, pose.case)
+    _, slopes = deflection_and_gradient(true, truth.compliance, pose.cases)
+    return Judge(truth.compliance, free, mean_rows(slopes[:, :, free]))
 
 
 def errors_left(judge: Judge, estimates: Array) -> Array:

@@ -14,9 +14,9 @@ import numpy as np
 from elastocal.arrays import Array
 from elastocal.design.criterion import Criterion
 from elastocal.design.matrix_means import MatrixMean
-from elastocal.design.minimax import Worst
 from elastocal.design.observability import SingularValueRatio
 from elastocal.design.test_pose import TestPosePrecision
+from elastocal.design.worst_pose import WorstPose
 from elastocal.elastic.springs import VirtualJoints
 from elastocal.errors import Doubt, InputError
 from elastocal.study.study import Study
@@ -82,21 +82,21 @@ class PlanCriterion:
 
 
 def mean_test_pose(study: Study) -> TestPosePrecision:
-    """The paper's criterion (20), as weighted mean over the test poses."""
-    weights = np.array([pose.weight for pose in study.test_poses])
+    """The paper's criterion (20), as weighted mean over the test poses and points of paths."""
     loss = sum(
-        weight * pose.regressor.T @ pose.regressor
-        for weight, pose in zip(weights / weights.sum(), study.test_poses, strict=True)
+        share * pose.regressor.T @ pose.regressor
+        for share, pose in zip(study.shares, study.test_poses, strict=True)
+        if share
     )
     return TestPosePrecision(np.asarray(loss))
 
 
 def _worst_test_pose(study: Study) -> Criterion:
-    return Worst([TestPosePrecision(p.regressor.T @ p.regressor) for p in study.test_poses])
+    return WorstPose(_stacked([pose.regressors for pose in study.planned_for]))
 
 
 def _worst_coordinate(study: Study) -> Criterion:
-    rows = np.concatenate([pose.regressor for pose in study.test_poses])
+    rows = np.concatenate([p.regressors.reshape(-1, len(study.springs)) for p in study.planned_for])
     return _worst_of(rows[np.abs(rows).sum(axis=1) > 0.0])
 
 
@@ -106,7 +106,15 @@ def _worst_compliance(study: Study) -> Criterion:
 
 def _worst_of(rows: Array) -> Criterion:
     """1 over the largest variance of the combinations `rows` (K, p) of the compliances."""
-    return Worst([TestPosePrecision(np.outer(row, row)) for row in rows])
+    return WorstPose(rows[:, None, :])
+
+
+def _stacked(blocks: list[Array]) -> Array:
+    """Blocks (N, r, p) of different r, one below the other; rows of zeros add nothing."""
+    most = max(block.shape[1] for block in blocks)
+    return np.concatenate(
+        [np.pad(block, ((0, 0), (0, most - block.shape[1]), (0, 0))) for block in blocks]
+    )
 
 
 def _mean(name: str, order: float, meaning: str) -> PlanCriterion:

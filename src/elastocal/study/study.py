@@ -25,6 +25,7 @@ from elastocal.robot.chain import Robot, Tool
 from elastocal.robot.controller_axes import Coupling, uncoupled
 from elastocal.robot.pose_check import KnownPose
 from elastocal.study.experiment_space import LoadCaseSpace
+from elastocal.study.test_path import TestPath
 from elastocal.wording.numbers import bounded, described
 
 
@@ -35,7 +36,7 @@ class TestPose:
     Attributes:
         name: What the user calls it.
         regressor: (r, p) A0: deflection [m] = A0 · compliance.
-        weight: Relative weight.
+        weight: Relative weight; zero: judged, not planned for.
         tool: Tool, None if the regressor was given.
         case: The one load case, None if the regressor was given.
 
@@ -52,6 +53,16 @@ class TestPose:
 
     def __post_init__(self) -> None:
         freeze(self, "regressor")
+
+    @property
+    def regressors(self) -> Array:
+        """(1, r, p) A0 of its one point, as those of a `TestPath`."""
+        return self.regressor[None]
+
+    @property
+    def cases(self) -> LoadCases | None:
+        """The same as `case`, as those of a `TestPath`."""
+        return self.case
 
 
 def test_pose(arm: ElasticArm, case: LoadCases, weight: float, name: str) -> TestPose:
@@ -123,7 +134,7 @@ class Study:
     Attributes:
         robot: The robot.
         springs: The p compliances to identify.
-        test_poses: Where accuracy is judged.
+        test_poses: Where accuracy is judged: poses and paths.
         experiments: What is done.
         instrument: What measures the deflections.
         constraints: Constraints on configurations besides the joint limits.
@@ -141,7 +152,7 @@ class Study:
 
     robot: Robot
     springs: VirtualJoints
-    test_poses: tuple[TestPose, ...]
+    test_poses: tuple[TestPose | TestPath, ...]
     experiments: Experiments
     instrument: Instrument
     constraints: tuple[Constraint, ...] = ()
@@ -163,6 +174,18 @@ class Study:
         p = len(self.springs)
         prior = self.prior if self.prior.size else np.zeros((p, p))
         freeze(self, prior=prior, gravity=np.reshape(self.gravity, 3))
+        _check_weights([pose.weight for pose in self.test_poses])
+
+    @property
+    def shares(self) -> Array:
+        """(T,) weights of the test poses, of sum 1."""
+        weights = np.array([pose.weight for pose in self.test_poses])
+        return np.asarray(weights / weights.sum())
+
+    @property
+    def planned_for(self) -> tuple[TestPose | TestPath, ...]:
+        """The test poses that count in the criterion: those with a weight."""
+        return tuple(pose for pose in self.test_poses if pose.weight > 0.0)
 
     @property
     def sigma(self) -> float:
@@ -230,6 +253,17 @@ def springs_of(robot: Robot, names: list[str] | None) -> VirtualJoints:
         order = robot.index(names)
         names = [robot.joint_names[i] for i in sorted(order)]
     return joint_springs(robot, names)
+
+
+def _check_weights(weights: list[float]) -> None:
+    """Refuse weights of test poses that leave nothing to plan for."""
+    if not all(0.0 <= weight < np.inf for weight in weights):
+        raise InputError(f"weights of test poses must be 0 or more and finite, found {weights}")
+    if weights and not any(weights):
+        raise InputError(
+            "every test pose has weight 0, so there is nothing to plan for; give at least one "
+            "of them a weight above 0"
+        )
 
 
 def _finite_limits(robot: Robot, limits: Array) -> Array:
