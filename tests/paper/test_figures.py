@@ -7,6 +7,7 @@ many campaigns is not said. Here are 20 000 of each plan, so that chance is belo
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from elastocal.simulation.monte_carlo import MonteCarlo, campaigns
 from elastocal.simulation.virtual_campaign import Reality
 from elastocal.study.study import Study, test_pose, with_count
 from tests.kr270 import kr270_study, kr270_truth, published_plans
+from tests.paper.page import shows, tables
 from tests.paper.problems import PlanarForceSpace, kr270, three_link_study
 from tests.paper.published import A0, A0_PLUS, FORCE_IN_TABLE_2, TABLE_2, TEST_CONFIGURATION
 
@@ -78,6 +80,7 @@ def three_link() -> tuple[Study, ComplianceModel]:
     return replace(study, test_poses=(pose,)), truth
 
 
+@cache
 def figure_3() -> MonteCarlo:
     study, truth = three_link()
     plans = {}
@@ -94,8 +97,9 @@ def figure_3() -> MonteCarlo:
     )
 
 
-def figure_9(matrix: np.ndarray) -> MonteCarlo:
-    study = kr270(matrix)
+@cache
+def figure_9(by: str = "A0+") -> MonteCarlo:
+    study = kr270({"A0": A0, "A0+": A0_PLUS}[by])
     truth = kr270_truth(kr270_study())
     return campaigns(
         study, truth, published_plans(), CAMPAIGNS, seed=9, how=LINEAR, reality=Reality(linear=True)
@@ -115,13 +119,13 @@ def test_figure_3() -> None:
 
 def test_figure_9() -> None:
     """The printed values are mean distances by A0+ with some noise; A0 does not give them."""
-    for one, bar in zip(figure_9(A0_PLUS).plans, FIGURE_9.values(), strict=True):
+    for one, bar in zip(figure_9().plans, FIGURE_9.values(), strict=True):
         assert one.experiments == 12
         assert 1e6 * one.rho0 == pytest.approx(bar.rms, rel=1e-3)
         assert one.rms == pytest.approx(one.rho0, rel=0.015)
         assert 1e6 * one.total.mean() == pytest.approx(bar.mean, rel=0.015)
         assert 0.99 < bar.printed / (1e6 * one.total.mean()) < 1.10
-    for one, (m, (rms, mean)) in zip(figure_9(A0).plans, FIGURE_9_BY_A0.items(), strict=True):
+    for one, (m, (rms, mean)) in zip(figure_9("A0").plans, FIGURE_9_BY_A0.items(), strict=True):
         assert 1e6 * one.rms == pytest.approx(rms, rel=0.02)
         assert 1e6 * one.total.mean() == pytest.approx(mean, rel=0.02)
         assert FIGURE_9[m].printed / (1e6 * one.total.mean()) < 0.8
@@ -151,7 +155,8 @@ def test_random_plans_of_the_kr270() -> None:
     assert 1e6 * np.median(rho0) == pytest.approx(4.64, rel=0.05)
     assert 1e6 * errors.mean() == pytest.approx(4.25, rel=0.05)
     assert 1e6 * errors.mean() > 3.43 * 1.15  # what Fig. 9 says of its random plans
-    print_row("random, KR 270, A0+ [µm]", 1e6 * rho0, 1e6 * errors)
+    row = tables()["Figures 3 and 9, redrawn as data: Fig. 9"]["300 random feasible plans"]
+    assert show(row, 1e6 * np.sqrt(np.mean(rho0**2)), 1e6 * errors)
 
 
 @pytest.mark.slow
@@ -169,21 +174,31 @@ def test_random_plans_of_the_three_link_arm() -> None:
     assert 1e3 * np.median(rho0) == pytest.approx(0.166, rel=0.1)
     assert 0.2 < 1e3 * rho0.mean() < 0.37  # 0.253 is printed
     assert rho0.max() > 4 * rho0.mean()
-    print_row("random, three links [mm]", 1e3 * rho0, 1e3 * errors)
+    row = tables()["Figures 3 and 9, redrawn as data: Fig. 3"]["300 random plans"]
+    assert show(row, 1e3 * np.sqrt(np.mean(rho0**2)), 1e3 * errors)
 
 
-def print_row(name: str, rho0: np.ndarray, errors: np.ndarray) -> None:
-    """For docs/validation.md: pytest -s shows it."""
-    low, median, high = np.quantile(errors, [0.05, 0.5, 0.95])
-    print(
-        f"{name}: ρ0 mean {rho0.mean():.4g} median {np.median(rho0):.4g} rms "
-        f"{np.sqrt(np.mean(rho0**2)):.4g}; error rms {np.sqrt(np.mean(errors**2)):.4g} mean "
-        f"{errors.mean():.4g} median {median:.4g} 5 % {low:.4g} 95 % {high:.4g}"
-    )
+def show(cells: tuple[str, ...], rho0: float, errors: np.ndarray, units: float = 0.5) -> bool:
+    """Whether the cells of a row show this: printed, ρ0, RMS, mean, 5 %, median and 95 %."""
+    quantiles = np.quantile(errors, [0.05, 0.5, 0.95])
+    values = [rho0, np.sqrt(np.mean(errors**2)), errors.mean(), *quantiles]
+    return all(shows(cell, v, units=units) for cell, v in zip(cells[1:], values, strict=True))
+
+
+def test_the_page_shows_these_numbers() -> None:
+    """To the digit: seeds are fixed. One unit, where rounding decides."""
+    figure = tables()["Figures 3 and 9, redrawn as data: Fig. 3"]
+    for one, row in zip(figure_3().plans, ("4×Opt1", "2×Opt2", "Opt4"), strict=True):
+        assert show(figure[row], 1e3 * one.rho0, 1e3 * one.total, units=1.0)
+        assert shows(figure[row][0], FIGURE_3[one.name].printed)
+    figure = tables()["Figures 3 and 9, redrawn as data: Fig. 9"]
+    rows = ("2 configurations", "3", "4", "6", "12")
+    for one, row, bar in zip(figure_9().plans, rows, FIGURE_9.values(), strict=True):
+        assert show(figure[row], 1e6 * one.rho0, 1e6 * one.total, units=1.0)
+        assert shows(figure[row][0], bar.printed)
 
 
 def test_the_spread_of_an_error_is_wide() -> None:
     """Why a mean over a hundred campaigns carries 5 %: half of the mean is its spread."""
-    for one in (*figure_3().plans, *figure_9(A0_PLUS).plans):
-        print_row(one.name, np.array([one.rho0]) * 1e6, 1e6 * one.total)
+    for one in (*figure_3().plans, *figure_9().plans):
         assert 0.35 < one.total.std() / one.total.mean() < 0.65

@@ -16,6 +16,7 @@ import pytest
 from elastocal.elastic.allowed_loads import Load
 from elastocal.planning.certificate import Bound, lower_bound
 from elastocal.planning.plan import Plan, plan
+from tests.paper.page import shows, tables
 from tests.paper.problems import any_direction, cone, kr270
 from tests.paper.published import A0, A0_PLUS, TABLE_7
 
@@ -124,3 +125,15 @@ def test_singular_optimum_is_floored_and_the_bound_stays_valid() -> None:
     found = lower_bound(kr270(A0_PLUS, force=any_direction()), np.random.default_rng(0))
     assert found.floored
     assert 6.17 <= rho0_root_m(found) <= 6.1771
+
+
+@pytest.mark.parametrize("m", BEST["A0"])
+def test_the_page_shows_these_numbers(m: int) -> None:
+    """What was published is held by test_repairs.py."""
+    row = tables()["Better plans for the KR 270: m"][str(m)]
+    for matrix, (best, bound) in zip(("A0", "A0+"), (row[1:3], row[4:6]), strict=True):
+        assert shows(best, BEST[matrix][m])
+        assert shows(bound, BOUND[matrix] / np.sqrt(m))
+    if m in (2, 3, 4, 6, 12):
+        table_7 = tables()["Table 7: m"][str(m)]
+        assert (row[3], row[0]) == (table_7[1], table_7[2])

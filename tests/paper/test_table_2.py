@@ -14,6 +14,7 @@ from elastocal.elastic.regressor import Regressor
 from elastocal.elastic.springs import joint_springs
 from elastocal.robot.posture import Posture
 from elastocal.robot.sources import three_link
+from tests.paper.page import shows, tables
 from tests.paper.published import (
     FORCE_IN_TABLE_2,
     FORCE_IN_TEXT,
@@ -115,3 +116,13 @@ def test_as_printed_the_table_does_not_reproduce() -> None:
     angle_as_printed = (first, (*second[:2], -24.9), third)
     misprinted = Table2Row("Opt3", 1, 0.51, opt3.errors, angle_as_printed)
     assert rho0_squared(misprinted, FORCE_IN_TEXT) == pytest.approx(0.5494, abs=5e-5)
+
+
+@pytest.mark.parametrize("row", TABLE_2, ids=row_name)
+def test_the_page_shows_these_numbers(row: Table2Row) -> None:
+    name = row.name if row.repeats == 1 else f"{row.repeats}×{row.name}"
+    ours, printed, errors, printed_errors = tables()["Table 2: plan"][name]
+    assert shows(ours, rho0_squared(row, FORCE_IN_TABLE_2))
+    assert shows(errors, *standard_errors(row))
+    assert shows(printed, row.rho0_squared)
+    assert shows(printed_errors, *row.errors)

@@ -14,6 +14,7 @@ from elastocal.design.exact import Goal, exact_design
 from elastocal.planning.certificate import Bound, lower_bound
 from elastocal.planning.plan import plan
 from elastocal.study.criteria import mean_test_pose
+from tests.paper.page import numbers, shows, tables
 from tests.paper.problems import PlanarForceSpace, three_link_study
 
 # ρ0² / σ², the best of hundreds of starts of an independent program, kept to six decimals.
@@ -75,3 +76,15 @@ def test_support_of_the_continuous_design_is_a_folded_and_a_stretched_arm(
     assert np.average(fold, weights=planar.weights[folded]) == pytest.approx(151.642, abs=0.05)
     assert planar.weights[folded].sum() == pytest.approx(0.35440, abs=2e-3)
     assert np.average(np.abs(np.sin(q3[~folded])), weights=planar.weights[~folded]) < 0.02
+
+
+@pytest.mark.parametrize("m", BEST)
+def test_the_page_shows_these_numbers(m: int) -> None:
+    """What was published is held by test_table_2.py."""
+    _, planar, free, bound, efficiency = tables()["Better plans for three links: m"][str(m)]
+    best = BEST_SINGLE_WITH_FREE_FORCE if m == 1 else BEST[m]
+    assert shows(planar, BEST[m])
+    assert shows(free, best)
+    assert shows(bound, CONTINUOUS / m)
+    shown = [CONTINUOUS / m / BEST[m], CONTINUOUS / m / best]
+    assert shows(efficiency, *shown[: len(numbers(efficiency))])

@@ -23,13 +23,14 @@ from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
 from elastocal.measuring.instrument import LaserTracker
 from elastocal.robot.shapes import BodyMass
-from elastocal.simulation.monte_carlo import CHUNK, Campaigns, campaigns
+from elastocal.simulation.monte_carlo import CHUNK, Campaigns, MonteCarlo, campaigns
 from elastocal.simulation.remaining_error import errors_left, judge
 from elastocal.simulation.virtual_campaign import LoadError, Outliers, Reality, simulate
 from elastocal.study.study import Study
 from tests.arms import random_chain
 from tests.campaigns import measured
 from tests.kr270 import kr270_study, kr270_truth, published_cases, published_plans
+from tests.paper.page import shows, tables
 
 STUDY = kr270_study()
 TRUTH = kr270_truth(STUDY)
@@ -206,6 +207,18 @@ def check_statistics(found: Campaigns) -> None:
     assert chance > 1e-3, f"covariance: {statistic:.1f} at {p * (p + 1) // 2} degrees of freedom"
 
 
+def check_page(found: MonteCarlo, row: str) -> None:
+    """The page shows the extremes over all plans: to the digit, since seeds are fixed."""
+    cover, bias, spread, rms = tables()["Do the intervals hold?: truth; fit; σ"][row]
+    covered = 100.0 * np.array([one.coverage for one in found.plans])
+    scatter = np.array([one.spread for one in found.plans])
+    kept = np.array([one.rms / one.rho0 for one in found.plans])
+    assert shows(cover, covered.min(), covered.max()), row
+    assert shows(bias, np.max([np.abs(one.bias).max() for one in found.plans])), row
+    assert shows(spread, scatter.min(), scatter.max()), row
+    assert shows(rms, kept.min(), kept.max()), row
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("linear", [True, False], ids=["linear", "nonlinear"])
 @pytest.mark.parametrize("sigma", ["known", "estimated"])
@@ -217,6 +230,9 @@ def test_estimates_scatter_as_predicted(linear: bool, sigma: str) -> None:
     assert found.known == ("A1",)
     for one in found.plans:
         check_statistics(one)
+    check_page(found, f"{'linear; linear' if linear else 'nonlinear; iterated'}; {sigma}")
+    chance = [one.likelihood_ratio()[1] for one in found.plans]
+    assert 0.07 < min(chance) < max(chance) < 0.42
 
 
 @pytest.mark.slow
@@ -226,6 +242,7 @@ def test_the_iterated_fit_has_no_bias_to_speak_of() -> None:
     for one in found.plans:
         assert np.abs(one.bias).max() < 0.035  # 0.007 is the standard deviation of chance
         assert (np.abs(one.coverage - 0.95) < 0.007).all()
+    check_page(found, "nonlinear; iterated, 20 000 campaigns; known")
 
 
 def test_the_linear_fit_of_a_nonlinear_truth_is_biased() -> None:
@@ -245,13 +262,15 @@ def test_the_linear_fit_of_a_nonlinear_truth_is_biased() -> None:
             one.name: (np.abs(one.bias).max(), one.coverage.min(), one.likelihood_ratio()[1])
             for one in found.plans
         }
+    check_page(found, "nonlinear; linear; known")
     once, often = worst[1], worst[12]
-    assert once["2 configurations"][0] == pytest.approx(0.83, abs=0.07)
-    assert once["2 configurations"][1] == pytest.approx(0.87, abs=0.02)
-    assert often["2 configurations"][0] == pytest.approx(2.04, abs=0.1)
-    assert often["2 configurations"][1] == pytest.approx(0.46, abs=0.04)
+    few = [once[f"{m} configurations"] for m in (2, 3, 4)]
+    assert [bias for bias, _, _ in few] == pytest.approx(3 * [0.82], abs=0.02)
+    assert [coverage for _, coverage, _ in few] == pytest.approx(3 * [0.87], abs=0.01)
+    biases = [bias for bias, _, _ in often.values()]
+    assert (min(biases), max(biases)) == pytest.approx((1.47, 2.04), abs=0.01)
     for bias, coverage, scatter in often.values():
-        assert bias > 1.3
+        assert bias > 1.4
         assert coverage < 0.75
         assert scatter > 1e-3  # only the mean is wrong, the scatter is not
 
@@ -301,7 +320,7 @@ def test_noise_free_data_give_the_truth_back() -> None:
 
 def test_the_error_of_the_linear_fit_falls_linearly_with_the_load() -> None:
     """Noise-free nonlinear data: half the load, half the error, over three decades."""
-    loads = 2500.0 * 0.5 ** np.arange(10)
+    loads = np.append(2500.0 * 0.5 ** np.arange(10), 25.0)
     errors = []
     for load in loads:
         cases = published_cases(4, np.array([0.0, 0.0, -load]))
@@ -309,7 +328,9 @@ def test_the_error_of_the_linear_fit_falls_linearly_with_the_load() -> None:
         made = simulate(exact, TRUTH, cases, np.ones(4, dtype=int), np.random.default_rng(0))
         found = identify(STUDY.arm, made, Fit(model="linear"), known=TRUTH)
         errors.append(np.abs(found.compliance / TRUTH.compliance[1:] - 1.0))
-    ratios = np.array(errors[:-1]) / np.array(errors[1:])
+    worst = 100.0 * np.max(errors, axis=1)
+    assert worst[[0, 1, -1]] == pytest.approx([1.06, 0.53, 0.011], abs=0.005)
+    ratios = np.array(errors[:-2]) / np.array(errors[1:-1])
     np.testing.assert_allclose(ratios[4:], 2.0, rtol=0.02)
     np.testing.assert_allclose(ratios, 2.0, rtol=0.4)
     assert 1e-3 < np.max(errors[0]) < 0.1
