@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
-LONGEST = 60  # lines
+LONGEST = 75  # lines; the formulas of 09 fill as many
 
 
 def quietly() -> dict[str, str]:
