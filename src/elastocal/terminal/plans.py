@@ -22,6 +22,8 @@ from elastocal.terminal.console import micrometres, numbers, out, whole
 from elastocal.wording import worded
 from elastocal.wording.numbers import described, number, shown_unit
 
+_ERRORS = "Standard errors of the compliances"
+
 
 def show_plan(plan: Plan) -> None:
     """The plan as a run sheet, its accuracy and its certificate."""
@@ -39,7 +41,7 @@ def show_plan(plan: Plan) -> None:
     if plan.free_joints:
         out.print(Text(f"{', '.join(plan.free_joints)}: free, set as the cell requires."))
     show_view(plan.view)
-    out.print(_errors(plan.study, {"standard error": worth.standard_error}))
+    out.print(_errors(plan.study, worth.standard_error))
     out.print(
         f"ρ0 = [bold]{micrometres(worth.rho0)}[/bold]: root mean square position error "
         "after compensation at the test poses"
@@ -103,17 +105,28 @@ def _nearest(plan: Plan) -> str:
     return "; ".join(f"{', '.join(numbers)}: {name}" for name, numbers in groups.items())
 
 
-def _errors(study: Study, columns: dict[str, Array]) -> Table:
-    table = Table(
-        title="Standard errors of the compliances", title_justify="left", box=box.SIMPLE_HEAD
-    )
+def _errors(study: Study, standard_error: Array) -> Table:
+    table = Table(title=_ERRORS, title_justify="left", box=box.SIMPLE_HEAD)
     table.add_column("joint")
-    for name in columns:
-        table.add_column(name, justify="right")
+    table.add_column("standard error", justify="right")
     table.add_column("unit")
-    for j, (name, kind) in enumerate(zip(study.springs.names, study.springs.kinds, strict=True)):
-        values = [f"{1e9 * column[j]:.3g}" for column in columns.values()]
-        table.add_row(Text(name), *values, Text(f"1e-9 {kind.compliance}"))
+    springs = study.springs
+    for name, kind, error in zip(springs.names, springs.kinds, standard_error, strict=True):
+        table.add_row(Text(name), f"{1e9 * error:.3g}", Text(f"1e-9 {kind.compliance}"))
+    return table
+
+
+def _errors_of_plans(study: Study, results: Mapping[str, Evaluation]) -> Table:
+    """One row for each plan, so that many fit."""
+    springs = study.springs
+    units = " and ".join(dict.fromkeys(kind.compliance for kind in springs.kinds))
+    table = Table(title=Text(f"{_ERRORS}, 1e-9 {units}"), title_justify="left", box=box.SIMPLE_HEAD)
+    table.add_column("plan")
+    for name in springs.names:
+        table.add_column(Text(name), justify="right")
+    for name, result in results.items():
+        errors = result.assessment.standard_error
+        table.add_row(Text(name), *(f"{1e9 * error:.3g}" for error in errors))
     return table
 
 
@@ -196,8 +209,7 @@ def show_evaluations(
             verdict,
         )
     whole(table)
-    errors = {name: result.assessment.standard_error for name, result in results.items()}
-    out.print(_errors(study, errors))
+    whole(_errors_of_plans(study, results))
     for name, result in results.items():
         show_view(result.view, name)
         for doubt in (*result.objections, *result.unidentified):
