@@ -294,6 +294,14 @@ def test_interrupt_leaves_old_files_alone(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["plan.json", "study.yaml"]
 
 
+def test_one_is_not_called_many(tmp_path: Path) -> None:
+    study = tmp_path / "study.yaml"
+    study.write_text(STUDY.replace("count: 3", "count: 1"), encoding="utf-8")
+    said = run("plan", study, "--out", tmp_path / "plan.json").stdout
+    assert said.startswith("1 experiment in 1 configuration, force")
+    assert "No plan of 1 experiment has" in said
+
+
 @pytest.mark.parametrize("encoding", ["ascii", "cp1252"])
 def test_narrow_encodings_spell_what_they_cannot_write(folder: Path, encoding: str) -> None:
     """A pipe on Windows, a terminal over a serial line: units stay readable, nothing fails."""

@@ -124,9 +124,11 @@ def _say_measurements(made: Measurements, out: Path, as_json: bool) -> None:
             }
         )
     else:
+        from elastocal.wording.lists import counted
+
         print(
-            f"wrote {out}: {len(made.cases)} experiments, {len(made)} readings, deflections up "
-            f"to {1e3 * largest:.4g} mm"
+            f"wrote {out}: {counted(len(made.cases), 'experiment')}, "
+            f"{counted(len(made), 'reading')}, deflections up to {1e3 * largest:.4g} mm"
         )
 
 

@@ -33,6 +33,7 @@ from elastocal.programs.robot_program import (
 from elastocal.robot.posture import Posture
 from elastocal.study.study import Study
 from elastocal.wording import worded
+from elastocal.wording.lists import counted
 from elastocal.wording.numbers import described
 
 STANDARD_GRAVITY = 9.80665
@@ -88,7 +89,8 @@ def campaign_program(
     labels += [f"V{i + 1}" for i in range(len(between))]
     program = RobotProgram(
         name=name or study.name,
-        purpose=f"Calibration campaign: {m} experiments in {len(cases)} configurations.",
+        purpose=f"Calibration campaign: {counted(m, 'experiment')} in "
+        f"{counted(len(cases), 'configuration')}.",
         robot=robot,
         targets=np.vstack([*start, beside, between]),
         target_names=(*(["H0"] * len(start)), *labels),

@@ -12,6 +12,7 @@ from elastocal.drawing.surfaces import APERTURES, WALLS
 from elastocal.planning.certificate import Certificate
 from elastocal.planning.plan import Plan
 from elastocal.planning.trade_off import TradeOff
+from elastocal.wording.lists import counted
 from elastocal.wording.numbers import length, number
 
 
@@ -31,7 +32,7 @@ def of_experiments(plan: Plan, trade_off: TradeOff) -> str:
     known = dict(zip(trade_off.counts.tolist(), trade_off.rho0.tolist(), strict=True))
     m = plan.count
     said = [
-        f"{count} experiments {verb} {length(known[count])}"
+        f"{counted(count, 'experiment')} {verb} {length(known[count])}"
         for count, verb in ((2 * m, "would bring"), (m // 2, "would leave"))
         if count in known and count != m
     ]

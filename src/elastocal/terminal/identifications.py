@@ -99,7 +99,9 @@ def show_validation(found: Validation) -> None:
     """Deflection before and after the model."""
     data = found.measurements
     kind = "kept aside" if found.kept_aside else "left out in turn"
-    title = f"{len(data.cases)} experiments, {kind}: deflection before and after the model"
+    title = (
+        f"{counted(len(data.cases), 'experiment')}, {kind}: deflection before and after the model"
+    )
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
     for column in ("experiment", "before", "after", "removed"):
         table.add_column(column, justify="left" if column == "experiment" else "right")

@@ -20,6 +20,7 @@ from elastocal.study.criteria import CRITERIA, RHO0
 from elastocal.study.study import Study
 from elastocal.terminal.console import micrometres, numbers, out, whole
 from elastocal.wording import worded
+from elastocal.wording.lists import counted
 from elastocal.wording.numbers import described, number, shown_unit
 
 _ERRORS = "Standard errors of the compliances"
@@ -34,8 +35,9 @@ def show_plan(plan: Plan) -> None:
         done = plan.study.done
         out.print(
             Text(
-                f"The rest of a campaign: {done.experiments} experiments of {done.source} count "
-                "in every number, and their configurations are not asked for again."
+                f"The rest of a campaign: {counted(done.experiments, 'experiment')} of "
+                f"{done.source} count in every number, and their configurations are not asked for "
+                "again."
             )
         )
     if plan.free_joints:
@@ -64,7 +66,7 @@ def _by_criterion(plan: Plan) -> str:
 
 def _run_sheet(robot: Robot, plan: Plan) -> Table:
     wrench = plan.load_cases.wrench
-    title = f"{plan.count} experiments in {len(plan.repeats)} configurations"
+    title = f"{counted(plan.count, 'experiment')} in {counted(len(plan.repeats), 'configuration')}"
     common = len(np.unique(wrench, axis=0)) == 1
     if common:
         title += f", force [{numbers(wrench[0, :3])}] N"
@@ -141,9 +143,9 @@ def certificate_sentence(certificate: Certificate, count: int) -> str:
     room = f"efficiency {c.efficiency:.4f}, at most {share:.2g} % to gain in the error"
     if c.position_bound is not None:
         bound = f"{CRITERIA[c.criterion].symbol} below {micrometres(c.position_bound)}"
-        sentence = f"No plan of {count} experiments has {bound}: {room}"
+        sentence = f"No plan of {counted(count, 'experiment')} has {bound}: {room}"
     else:
-        sentence = f"Against every plan of {count} experiments, by {c.criterion}: {room}"
+        sentence = f"Against every plan of {counted(count, 'experiment')}, by {c.criterion}: {room}"
     sentence += (
         f". Numerical certificate: {c.fresh_starts} fresh random starts did not refute it, "
         f"{c.attained} of them reached the same maximum."
@@ -217,7 +219,7 @@ def show_evaluations(
     for m, rho0 in random.items():
         low, middle, high = np.quantile(rho0, (0.05, 0.5, 0.95), method="inverted_cdf")
         out.print(
-            f"{len(rho0)} random feasible plans of {m} experiments: ρ0 median "
+            f"{len(rho0)} random feasible plans of {counted(m, 'experiment')}: ρ0 median "
             f"{micrometres(middle)}, 5 % below {micrometres(low)}, 95 % below {micrometres(high)}"
         )
         for name, result in results.items():

@@ -16,6 +16,7 @@ from elastocal.planning.study_check import Checkup
 from elastocal.study.study import Study
 from elastocal.terminal.console import numbers, out
 from elastocal.wording import ended, worded
+from elastocal.wording.lists import counted
 
 
 def show_check(study: Study, found: Checkup) -> None:
@@ -46,9 +47,13 @@ def show_check(study: Study, found: Checkup) -> None:
     out.print(Text(f"Load: {_load(e.force, 'N')}; torque: {_load(e.moment, 'N·m')}; base frame"))
     for pose in study.test_poses:
         out.print(Text(f"Test pose {pose.name!r} (weight {pose.weight:g}): {_pose(study, pose)}"))
-    least = f", at most {e.max_configurations} configurations" if e.max_configurations else ""
+    least = (
+        f", at most {counted(e.max_configurations, 'configuration')}"
+        if e.max_configurations
+        else ""
+    )
     out.print(
-        f"{e.count} experiments{least}; criterion {study.criterion}; "
+        f"{counted(e.count, 'experiment')}{least}; criterion {study.criterion}; "
         f"{instrument_phrase(study.instrument)}"
     )
     out.print(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from elastocal.errors import Code, Doubt
+from elastocal.wording.lists import counted
 from elastocal.wording.numbers import described
 
 
@@ -40,9 +41,13 @@ def _confounded(doubt: Doubt, who: str) -> str:
 def _too_few(doubt: Doubt, what: str) -> str:
     count, needed = doubt.numbers["count"], doubt.numbers["needed"]
     return (
-        f"{count} {what}{'s' if count > 1 else ''} cannot identify the {len(doubt.about)} "
+        f"{counted(int(count), what)} cannot identify the {len(doubt.about)} "
         f"compliances {', '.join(doubt.about)}: at least {needed} are needed"
     )
+
+
+def _readings(doubt: Doubt) -> str:
+    return counted(int(doubt.numbers["readings"]), "reading")
 
 
 SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
@@ -58,11 +63,11 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         "joint limits"
     ),
     "no-freedom": lambda doubt: (
-        f"σ cannot be estimated: {doubt.numbers['readings']} readings leave no degree of freedom; "
-        "use a known σ, or measure more"
+        f"σ cannot be estimated: {_readings(doubt)} leave no degree of freedom; use a known σ, or "
+        "measure more"
     ),
     "too-few-readings": lambda doubt: (
-        f"{doubt.numbers['readings']} readings give {3 * doubt.numbers['readings']} coordinates, "
+        f"{_readings(doubt)} give {3 * doubt.numbers['readings']} coordinates, "
         f"too few for the {len(doubt.about)} compliances {', '.join(doubt.about)}"
     ),
 }

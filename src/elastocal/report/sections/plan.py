@@ -29,6 +29,7 @@ from elastocal.report.run_sheet import run_sheet, tool_points, way_home
 from elastocal.report.scene import scene
 from elastocal.report.section import Chapter, PageSection, Values
 from elastocal.report.verdict import bound_of, verdict
+from elastocal.wording.lists import counted
 from elastocal.wording.numbers import number
 
 
@@ -115,7 +116,7 @@ def _trade_off(plan: Plan, trade_off: TradeOff) -> list[tuple[str, Markup, str]]
             trade_off.rho0_configurations,
             None,
             (few, own),
-            f"configurations for {plan.count} experiments",
+            f"configurations for {counted(plan.count, 'experiment')}",
         )
         said = captions.of_configurations(trade_off)
         curves.append(("More or fewer configurations", chart, said))
