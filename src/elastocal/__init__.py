@@ -59,6 +59,7 @@ _PUBLIC = {
     "assess": "elastocal.planning.assessment",
     "evaluate": "elastocal.planning.evaluation",
     "random_plans": "elastocal.planning.trade_off",
+    "in_test_poses": "elastocal.planning.baseline",
     "trade_off": "elastocal.planning.trade_off",
     "time_trade_off": "elastocal.planning.trade_off",
     "ElasticArm": "elastocal.elastic.arm",

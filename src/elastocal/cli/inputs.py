@@ -23,6 +23,7 @@ from elastocal.files.study.embedded_study import embedded_study
 from elastocal.files.study.study_file import read_study
 from elastocal.identification.fit import Fit
 from elastocal.measuring.measurements import Measurements
+from elastocal.planning.baseline import in_test_poses
 from elastocal.robot.chain import Robot, Tool
 from elastocal.study.study import Study
 
@@ -68,6 +69,16 @@ def proposals(paths: list[Path], study: Study) -> dict[str, Proposal]:
     named: dict[str, Proposal] = {}
     for path in paths:
         named[path.name if path.name not in named else str(path)] = read_proposal(path, study)
+    return named
+
+
+def baselines(study: Study, proposed: dict[str, Proposal]) -> dict[str, Proposal]:
+    """Measuring in the test poses, once for each number of experiments of the plans."""
+    counts = sorted({proposal.count for proposal in proposed.values()})
+    named = {}
+    for m in counts:
+        name = "in the test poses" + (f", m = {m}" if len(counts) > 1 else "")
+        named[name] = Proposal(name, *in_test_poses(study, m))
     return named
 
 

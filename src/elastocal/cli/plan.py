@@ -98,11 +98,17 @@ def evaluate_command(
     random: Annotated[
         int, typer.Option(help="Random feasible plans to compare with; 0 for none.", min=0)
     ] = 1000,
+    at_test_poses: Annotated[
+        bool,
+        typer.Option(
+            "--at-test-poses", help="Also judge measuring in the test poses, as often as planned."
+        ),
+    ] = False,
     seed: Seed = 1,
     as_json: Json = False,
 ) -> None:
     """Judge plans from the study alone; refuse what breaks a constraint or claims too much."""
-    from elastocal.cli.inputs import note_origin, proposals
+    from elastocal.cli.inputs import baselines, note_origin, proposals
     from elastocal.cli.planning import bound
     from elastocal.files.plans.evaluation_document import evaluation_document
     from elastocal.files.plans.proposal_file import study_for
@@ -116,7 +122,9 @@ def evaluate_command(
     results = {}
     bounds: dict[tuple[str, str, int], Bound] = {}
     studies: dict[int, Study] = {}
-    for name, proposal in proposals(plans, study).items():
+    proposed = proposals(plans, study)
+    measured = baselines(study, proposed) if at_test_poses else {}
+    for name, proposal in (proposed | measured).items():
         note_origin(name, proposal, study)
         m, done = proposal.count, proposal.done
         if done is not None:
@@ -145,8 +153,8 @@ def evaluate_command(
     if as_json:
         print_json({name: evaluation_document(result) for name, result in results.items()})
     else:
-        show_evaluations(study, results, rho0)
-    _refuse(results)
+        show_evaluations(study, results, rho0, tuple(measured))
+    _refuse({name: results[name] for name in proposed})
 
 
 def _refuse(results: dict[str, Evaluation]) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from rich import box
@@ -128,7 +128,8 @@ def _errors_of_plans(study: Study, results: Mapping[str, Evaluation]) -> Table:
         table.add_column(Text(name), justify="right")
     for name, result in results.items():
         errors = result.assessment.standard_error
-        table.add_row(Text(name), *(f"{1e9 * error:.3g}" for error in errors))
+        shown = (f"{1e9 * e:.3g}" if np.isfinite(e) else "∞" for e in errors)
+        table.add_row(Text(name), *shown)
     return table
 
 
@@ -185,11 +186,18 @@ def duration_sentence(times: Schedule) -> str:
 
 
 def show_evaluations(
-    study: Study, results: Mapping[str, Evaluation], random: Mapping[int, Array]
+    study: Study,
+    results: Mapping[str, Evaluation],
+    random: Mapping[int, Array],
+    baselines: Sequence[str] = (),
 ) -> None:
     """Plans side by side, by name.
 
-    `random` has ρ0 of random plans for each number of experiments.
+    Args:
+        study: The study.
+        results: What they are worth.
+        random: ρ0 of random plans for each number of experiments [m].
+        baselines: Names of those that the others are compared with, if they measure as often.
     """
     table = Table(
         title=f"Plans under study {study.name!r}", title_justify="left", box=box.SIMPLE_HEAD
@@ -216,6 +224,8 @@ def show_evaluations(
         show_view(result.view, name)
         for doubt in (*result.objections, *result.unidentified):
             out.print(Text(f"{name}: {worded(doubt)}", "red"))
+    for base in baselines:
+        _show_baseline(base, results, [name for name in results if name not in baselines])
     for m, rho0 in random.items():
         low, middle, high = np.quantile(rho0, (0.05, 0.5, 0.95), method="inverted_cdf")
         out.print(
@@ -223,7 +233,7 @@ def show_evaluations(
             f"{micrometres(middle)}, 5 % below {micrometres(low)}, 95 % below {micrometres(high)}"
         )
         for name, result in results.items():
-            if result.count == m:
+            if result.count == m and name not in baselines:
                 better = float((rho0 < result.assessment.rho0).mean())
                 factor = middle / result.assessment.rho0
                 out.print(
@@ -232,3 +242,17 @@ def show_evaluations(
                         f"{100 * better:.3g} % of random plans are better"
                     )
                 )
+
+
+def _show_baseline(base: str, results: Mapping[str, Evaluation], names: Sequence[str]) -> None:
+    """How much better plans are than measuring in the test poses as often."""
+    known = results[base].assessment.rho0
+    for name in names:
+        if results[name].count == results[base].count and np.isfinite(known):
+            factor = known / results[name].assessment.rho0
+            out.print(
+                Text(
+                    f"{name}: ρ0 {factor:.2f}× smaller than in the test poses, worth "
+                    f"{factor**2:.2f}× as many experiments there"
+                )
+            )
