@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from elastocal.arrays import Array
-from elastocal.design import certificate
-from elastocal.design.certificate import dual_bound
+from elastocal.design import dual_bound as bound_file
+from elastocal.design.dual_bound import dual_bound
 from elastocal.design.matrix_means import MatrixMean
 from elastocal.design.oracle import climb, restore, sensitivity, square_root
 from tests.design.polynomial import polynomial
@@ -125,15 +125,15 @@ def test_sensitivity_by_hand() -> None:
 
 
 def spied(monkeypatch: pytest.MonkeyPatch, name: str) -> list[Array]:
-    """The points that a function of the certificate is given, call by call."""
+    """The points that a function of the bound is given, call by call."""
     seen: list[Array] = []
-    real: Callable[..., object] = getattr(certificate, name)
+    real: Callable[..., object] = getattr(bound_file, name)
 
     def spy(space: object, x: Array, *rest: object) -> object:
         seen.append(np.array(x))
         return real(space, x, *rest)
 
-    monkeypatch.setattr(certificate, name, spy)
+    monkeypatch.setattr(bound_file, name, spy)
     return seen
 
 

@@ -14,8 +14,8 @@ import numpy as np
 
 from elastocal.arrays import Array, IntArray
 from elastocal.design.approximate import Weights, optimal_weights
-from elastocal.design.certificate import DualBound, dual_bound
 from elastocal.design.criterion import InformationFunction
+from elastocal.design.dual_bound import DualBound, dual_bound
 from elastocal.design.oracle import climb, square_root
 from elastocal.design.space import DesignSpace, information
 from elastocal.matrices import NEARLY_SINGULAR, rank_of

@@ -1,4 +1,4 @@
-"""The certificate: how far any design can be from the best of all designs.
+"""The bound of concave duality: how far any design can be from the best of all designs.
 
 For an information function φ and G = ∇φ(M) at any M whatever, concavity and homogeneity give
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from elastocal.design.certificate import DualBound, dual_bound
+from elastocal.design.dual_bound import DualBound, dual_bound
 from elastocal.design.matrix_means import MatrixMean
 from elastocal.design.oracle import climb, restore, sensitivity, square_root
 from tests.design.polynomial import polynomial
