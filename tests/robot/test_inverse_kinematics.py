@@ -157,3 +157,42 @@ def test_a_path_that_bends_is_followed_point_by_point() -> None:
     found, last = follow(KUKA, TCP, poses(q), TEST_POSE)
     assert last.found
     np.testing.assert_allclose(found, q, atol=1e-8)
+
+
+def dense_path(count: int) -> tuple[Array, Array]:
+    """Poses of a closed curve round the test pose, and configurations of every eighth by steps."""
+    t = np.linspace(0.0, 2.0 * np.pi, count)
+    pose = ec.forward_kinematics(KUKA, TEST_POSE[None])[0] @ transform(None, TCP)
+    targets = np.tile(pose, (count, 1, 1))
+    targets[:, 0, 3] += 0.2 * np.sin(t)
+    targets[:, 1, 3] += 0.1 * np.sin(2.0 * t)
+    return targets, follow(KUKA, TCP, targets[::8], TEST_POSE)[0]
+
+
+def test_a_path_of_thousands_of_points_is_followed_as_point_by_point() -> None:
+    targets, stepwise = dense_path(5001)
+    q, last = follow(KUKA, TCP, targets, TEST_POSE)
+    assert last.found
+    assert len(q) == len(targets)
+    np.testing.assert_allclose(q[::8], stepwise, rtol=0, atol=1e-9)
+    reached = ec.forward_kinematics(KUKA, q) @ transform(None, TCP)
+    np.testing.assert_allclose(reached, targets, rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("where", [1, 17, 2500, 4992, 5000])
+def test_a_point_out_of_reach_on_a_long_path_is_the_last_one(where: int) -> None:
+    targets, _ = dense_path(5001)
+    targets[where, 2, 3] += 9.0
+    q, last = follow(KUKA, TCP, targets, TEST_POSE)
+    assert not last.found
+    assert len(q) == where + 1
+
+
+def test_a_long_path_goes_on_after_a_jump() -> None:
+    """Within a block and at once: found one after the other from there on."""
+    targets, _ = dense_path(3001)
+    targets[1005:, 2, 3] += 0.3
+    q, last = follow(KUKA, TCP, targets, TEST_POSE)
+    assert last.found
+    reached = ec.forward_kinematics(KUKA, q) @ transform(None, TCP)
+    np.testing.assert_allclose(reached, targets, rtol=0, atol=1e-10)

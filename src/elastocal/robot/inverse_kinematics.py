@@ -21,6 +21,8 @@ _CLOSE = 1e-11  # remaining error that counts as none [m, rad]
 _LONGEST = 0.3  # longest step [rad or m]
 _STRIDE = 16
 _MOST_TOGETHER = 12
+_BLOCKS = 128  # times that many points are searched at once ...
+_MANY = 2048  # on paths of more points than this
 _SLACK = 0.02  # how far a path may bend between two points of the line [rad or m]
 
 
@@ -76,7 +78,8 @@ def follow(robot: Robot, point: Array, targets: Array, start: Array) -> tuple[Ar
 
     Every sixteenth point is searched from the one before it. Those between start on the straight
     line between their neighbours and are searched all at once; where that leads away from the
-    line, one after the other.
+    line, one after the other. Of a path of thousands of points every sixteenth is followed so,
+    then the points between them all at once, as far as that goes well.
 
     Args:
         robot: The robot.
@@ -89,7 +92,12 @@ def follow(robot: Robot, point: Array, targets: Array, start: Array) -> tuple[Ar
         number of points up to the first that is not reached.
     """
     first = nearest_configuration(robot, point, targets[0], start)
-    parts, last, done = [first.q[None]], first, 1
+    known = first.q[None]
+    if len(targets) > _MANY and first.found:
+        coarse, end = follow(robot, point, targets[::_STRIDE], first.q)
+        known = _between(robot, point, targets, coarse if end.found else coarse[:-1])
+        first = Reached(known[-1], 0.0, 0.0)
+    parts, last, done = [known], first, len(known)
     while done < len(targets) and last.found:
         block = targets[done : done + _STRIDE]
         end = nearest_configuration(robot, point, block[-1], last.q)
@@ -103,6 +111,38 @@ def follow(robot: Robot, point: Array, targets: Array, start: Array) -> tuple[Ar
         parts.append(q)
         done += len(q)
     return np.concatenate(parts), last
+
+
+def _between(robot: Robot, point: Array, targets: Array, coarse: Array) -> Array:
+    """Configurations near the straight lines between those of every sixteenth point.
+
+    As far as they are found, up to the last such point before one that is not.
+    """
+    rows = 6 if len(robot.joints) >= 6 else 3
+    shares = np.arange(1, _STRIDE + 1)[:, None] / _STRIDE
+    parts = [coarse[:1]]
+    for i in range(0, len(coarse) - 1, _BLOCKS):
+        ends = coarse[i : i + _BLOCKS + 1]
+        ways = np.diff(ends, axis=0)
+        line = (ends[:-1, None] + shares * ways[:, None]).reshape(-1, len(robot.joints))
+        wanted = targets[1 + i * _STRIDE :][: len(line)]
+        q, left = line.copy(), np.arange(len(line))
+        for _ in range(_MOST_TOGETHER):
+            errors, jacobians = _state(robot, q[left], point, wanted[left])
+            off = ~(np.abs(errors[:, :rows]).max(axis=1) < _CLOSE)
+            left = left[off]
+            if not len(left):
+                break
+            wrong, columns = errors[off, :rows], jacobians[off, :rows]
+            q[left] += damped_steps(columns, wrong, robot.prismatic).step
+        near = np.abs(q - line) <= _SLACK + np.repeat(np.abs(ways), _STRIDE, axis=0)
+        inside = (q >= robot.lower) & (q <= robot.upper)
+        bad = np.append(left, np.flatnonzero(~(near & inside).all(axis=1)))
+        good = int(bad.min()) // _STRIDE * _STRIDE if len(bad) else len(q)
+        parts.append(q[:good])
+        if len(bad):
+            break
+    return np.concatenate(parts)
 
 
 def _one_by_one(robot: Robot, point: Array, targets: Array, near: Array) -> tuple[Array, Reached]:

@@ -100,12 +100,14 @@ def read_table(path: Path, error: type[InputError], *, shows_units: bool = False
     """
     file = decoded(path, error)
     plan = layout(file, Style())
-    rows = tuple((line, tuple(cell.strip() for cell in row)) for line, row in plan.rows())
+    rows = tuple((line, tuple(map(str.strip, row))) for line, row in plan.rows())
     columns = tuple((name, unit or "") for name, unit in map(split_header, plan.header))
     names = [name for name, _ in columns]
     for name in names:
         if name and names.count(name) > 1:
             raise error(f"{path}, line {plan.first}: column {name!r} is there twice")
-    commas = any(_COMMA.fullmatch(cell) for _, row in rows for cell in row)
+    # A comma in a cell needs another delimiter, or quotes: else there is no cell to look at.
+    possible = "," in file.text and (plan.delimiter != "," or '"' in file.text)
+    commas = possible and any(_COMMA.fullmatch(cell) for _, row in rows for cell in row)
     decimal = "," if commas else "."
     return TextTable(path, file.sha256, plan.first, columns, rows, decimal, error, shows_units)
