@@ -138,7 +138,7 @@ REFUSED = {
     "tool": (("--tool", "drill"), "no tool 'drill'; there are milling, calibration"),
     "start": (("--start", "A1=0deg"), "start: joint 'A2' is missing"),
     "program": (("--to", "basic"), "no export to 'basic'"),
-    "two loads": (("--force-n", "1", "2", "3"), "the command line gives one too"),
+    "two loads": (("--force-n", "1", "2", "3"), "one for all points is given too"),
 }
 
 

@@ -34,6 +34,18 @@ Mapping = Annotated[
     Path | None, typer.Option(help="What foreign columns mean (YAML).", show_default=False)
 ]
 Prior = Annotated[Path | None, typer.Option(help="Model from before, weighed by its covariance.")]
+Force = Annotated[
+    tuple[float, float, float] | None,
+    typer.Option(help="Force of every point, base frame.", show_default=False),
+]
+Torque = Annotated[
+    tuple[float, float, float] | None,
+    typer.Option(help="Torque of every point, base frame.", show_default=False),
+]
+Start = Annotated[
+    str | None,
+    typer.Option(help='Near the first point, for paths of poses: "A1=0deg A2=-90deg …".'),
+]
 Known = Annotated[Path | None, typer.Option(help="Model of further joints, taken as it is.")]
 
 

@@ -8,15 +8,23 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from elastocal.cli.common import Json, StudyPath, app, guarded, print_json, writable
+from elastocal.cli.common import (
+    Force,
+    Json,
+    Start,
+    StudyPath,
+    Torque,
+    app,
+    guarded,
+    print_json,
+    writable,
+)
 from elastocal.errors import InfeasibleError, InputError
 
 if TYPE_CHECKING:
     from elastocal.compensation.compensate import Compensation
     from elastocal.files.paths.path_file import ToolPath
     from elastocal.study.study import Study
-
-Vector = tuple[float, float, float]
 
 
 @app.command("compensate")
@@ -33,16 +41,9 @@ def compensate_command(
     ] = None,
     tool: Annotated[str | None, typer.Option(help="Tool, if the test poses have several.")] = None,
     rule: Annotated[str, typer.Option(help="nonlinear or linear.")] = "nonlinear",
-    force_n: Annotated[
-        Vector | None, typer.Option(help="Force of every point, base frame.", show_default=False)
-    ] = None,
-    torque_nm: Annotated[
-        Vector | None, typer.Option(help="Torque of every point, base frame.", show_default=False)
-    ] = None,
-    start: Annotated[
-        str | None,
-        typer.Option(help='Near the first point, for paths of poses: "A1=0deg A2=-90deg …".'),
-    ] = None,
+    force_n: Force = None,
+    torque_nm: Torque = None,
+    start: Start = None,
     truth: Annotated[
         Path | None, typer.Option(help="True compliances, to judge the correction by.")
     ] = None,
@@ -53,9 +54,7 @@ def compensate_command(
     as_json: Json = False,
 ) -> None:
     """Correct a path for the deflection under its load; say what error remains."""
-    import numpy as np
-
-    from elastocal.cli.inputs import models_at, start_of, tool_called
+    from elastocal.cli.inputs import load, models_at, start_of, tool_called
     from elastocal.compensation.compensate import RULES, residual
     from elastocal.files.models.model_file import read_model
     from elastocal.files.paths.corrected_file import corrected_document, write_corrected
@@ -69,9 +68,7 @@ def compensate_command(
     study = read_study(study_file)
     used = tool_called(study, tool)
     compliances = models_at([model, *(more or [])], study.robot)
-    wrench = None
-    if force_n is not None or torque_nm is not None:
-        wrench = np.array([*(force_n or (0.0, 0.0, 0.0)), *(torque_nm or (0.0, 0.0, 0.0))])
+    wrench = load(force_n, torque_nm)
     task = read_path(path, study.robot, used, start_of(study, used, start), wrench)
     arm = replace(study.arm, springs=compliances.springs, tool=used)
     done = RULES[rule](arm, compliances, task.cases)

@@ -47,7 +47,7 @@ def export_command(
     """Write the plan as a robot program; refuse a plan that breaks a constraint."""
     import numpy as np
 
-    from elastocal.cli.inputs import study_of_plan
+    from elastocal.cli.inputs import note_origin, study_of_plan
     from elastocal.cli.programs import write_program
     from elastocal.files.plans.proposal_file import read_proposal
     from elastocal.programs.approach import Approach
@@ -56,6 +56,7 @@ def export_command(
 
     study = study_of_plan(plan_file, study_file)
     proposal = read_proposal(plan_file, study)
+    note_origin(plan_file.name, proposal, study)
     folder, name = _place(out, to)
     program = campaign_program(
         study,

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +17,7 @@ from elastocal.elastic.compliance_model import ComplianceModel, merged_models
 from elastocal.errors import InputError
 from elastocal.files.measurements.measurement_file import read_measurements
 from elastocal.files.models.model_file import model_sections, read_model
+from elastocal.files.paths.path_file import read_path
 from elastocal.files.plans.plan_file import study_hash
 from elastocal.files.plans.proposal_file import Proposal, read_proposal
 from elastocal.files.study.embedded_study import embedded_study
@@ -26,6 +27,7 @@ from elastocal.measuring.measurements import Measurements
 from elastocal.planning.baseline import in_test_poses
 from elastocal.robot.chain import Robot, Tool
 from elastocal.study.study import Study
+from elastocal.study.test_path import test_path
 
 
 @dataclass(frozen=True)
@@ -95,6 +97,9 @@ def note_origin(name: str, proposal: Proposal, study: Study) -> None:
         print(f"note: {name} was made from another version of the study", file=sys.stderr)
     if proposal.robot_hash and proposal.robot_hash != study.robot.sha256:
         print(f"note: {name} was made with another robot file", file=sys.stderr)
+    for path, digest in study.path_hashes.items():
+        if proposal.path_hashes.get(path, digest) != digest:
+            print(f"note: {name} was made for another content of {path}", file=sys.stderr)
     if proposal.named != proposal.criterion:
         print(
             f"note: {name} was made for what version 0.1.0 called {proposal.named}; it is judged "
@@ -157,6 +162,32 @@ def start_of(study: Study, tool: Tool, text: str | None = None) -> Array:
     if poses and poses[0].case is not None:
         return poses[0].case.q[0]
     return np.asarray(0.5 * (study.limits[0] + study.limits[1]))
+
+
+Vector = tuple[float, float, float]
+
+
+def load(force: Vector | None, torque: Vector | None) -> Array | None:
+    """(6,) one load for all points of a path [N, N·m]; None if none is named."""
+    if force is None and torque is None:
+        return None
+    return np.array([*(force or (0.0, 0.0, 0.0)), *(torque or (0.0, 0.0, 0.0))])
+
+
+def with_path(
+    study: Study, path: Path, tool: str | None, wrench: Array | None, start: str | None
+) -> Study:
+    """The study, judged along the path in a file besides; nothing is planned for it."""
+    used = tool_called(study, tool)
+    task = read_path(path, study.robot, used, start_of(study, used, start), wrench)
+    names = [pose.name for pose in study.test_poses]
+    judged = replace(
+        test_path(replace(study.arm, tool=used), task.cases, 0.0, path.name),
+        name=path.name if path.name not in names else str(path),
+        points=task.names,
+        remarks=task.remarks,
+    )
+    return replace(study, test_poses=(*study.test_poses, judged))
 
 
 def joint_values(text: str, robot: Robot, what: str) -> Array:

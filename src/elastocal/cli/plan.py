@@ -9,7 +9,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from elastocal.cli.common import Json, Seed, StudyPath, app, guarded, print_json, writable
+from elastocal.cli.common import (
+    Force,
+    Json,
+    Seed,
+    Start,
+    StudyPath,
+    Torque,
+    app,
+    guarded,
+    print_json,
+    writable,
+)
 from elastocal.errors import InfeasibleError, InputError
 
 if TYPE_CHECKING:
@@ -104,21 +115,37 @@ def evaluate_command(
             "--at-test-poses", help="Also judge measuring in the test poses, as often as planned."
         ),
     ] = False,
+    path: Annotated[
+        Path | None, typer.Option(help="Path (CSV) at whose points the plans are judged, too.")
+    ] = None,
+    tool: Annotated[
+        str | None, typer.Option(help="Tool of the path, if the test poses have several.")
+    ] = None,
+    force_n: Force = None,
+    torque_nm: Torque = None,
+    start: Start = None,
     seed: Seed = 1,
     as_json: Json = False,
 ) -> None:
     """Judge plans from the study alone; refuse what breaks a constraint or claims too much."""
-    from elastocal.cli.inputs import baselines, note_origin, proposals
+    from elastocal.cli.inputs import baselines, load, note_origin, proposals, with_path
     from elastocal.cli.planning import bound
     from elastocal.files.plans.evaluation_document import evaluation_document
     from elastocal.files.plans.proposal_file import study_for
     from elastocal.files.study.study_file import read_study
+    from elastocal.planning.along_paths import better_along
     from elastocal.planning.evaluation import evaluate
     from elastocal.planning.trade_off import random_plans
     from elastocal.study.study import with_count
     from elastocal.terminal.plans import show_evaluations
 
     study = read_study(study_file)
+    if path is None:
+        given = {"--tool": tool, "--force-n": force_n, "--torque-nm": torque_nm, "--start": start}
+        if lone := [option for option, value in given.items() if value is not None]:
+            raise InputError(f"{lone[0]} belongs to --path, which is not given")
+    else:
+        study = with_path(study, path, tool, load(force_n, torque_nm), start)
     results = {}
     bounds: dict[tuple[str, str, int], Bound] = {}
     studies: dict[int, Study] = {}
@@ -150,10 +177,12 @@ def evaluate_command(
     rho0 = {}
     for m, wanted in studies.items() if random else ():
         rho0[m] = random_plans(with_count(wanted, m), random, seed=seed)
+    better = better_along(study, {name: result.assessment for name, result in results.items()})
     if as_json:
-        print_json({name: evaluation_document(result) for name, result in results.items()})
+        own = {name: {pose: shares[name] for pose, shares in better.items()} for name in results}
+        print_json({n: evaluation_document(r, study, own[n]) for n, r in results.items()})
     else:
-        show_evaluations(study, results, rho0, tuple(measured))
+        show_evaluations(study, results, rho0, better, tuple(measured))
     _refuse({name: results[name] for name in proposed})
 
 

@@ -47,6 +47,13 @@ def _positive(value: Any) -> float:
     return number
 
 
+def _non_negative(value: Any) -> float:
+    number = _number(value)
+    if number < 0.0:
+        raise ValueError(f"expected 0 or a positive number, found {number:g}")
+    return number
+
+
 def _count(value: Any) -> int:
     if isinstance(value, bool) or not isinstance(value, int):
         raise ValueError(f"expected a whole number, found {value!r}")
@@ -116,6 +123,7 @@ Finite = Annotated[float, BeforeValidator(_finite)]
 FiniteVector = Annotated[list[float], _numbers(3, "three numbers [x, y, z]", _finite)]
 Matrix = Annotated[list[list[float]], BeforeValidator(_rows)]
 Positive = Annotated[float, BeforeValidator(_positive)]
+NonNegative = Annotated[float, BeforeValidator(_non_negative)]
 Count = Annotated[int, BeforeValidator(_count)]
 Vector = Annotated[list[float], _numbers(3, "three numbers [x, y, z]")]
 Range = Annotated[list[float], _numbers(2, "two numbers [lower, upper]")]

@@ -18,7 +18,8 @@ from elastocal.errors import Doubt
 from elastocal.matrices import rank_of, scaled_inverse
 from elastocal.robot.posture import Posture
 from elastocal.study.criteria import RHO0, losses
-from elastocal.study.study import Study
+from elastocal.study.study import Study, TestPose
+from elastocal.study.test_path import TestPath, errors_along
 
 
 @dataclass(frozen=True)
@@ -37,12 +38,28 @@ class Nearest:
 
 
 @dataclass(frozen=True)
+class WorstPoint:
+    """The point of a test path with the largest error.
+
+    Attributes:
+        index: Its place among the points, from 0.
+        name: Its name.
+        rho0: Error there [m].
+    """
+
+    index: int
+    name: str
+    rho0: float
+
+
+@dataclass(frozen=True)
 class Assessment:
     """What a plan is worth.
 
     Attributes:
         rho0: Root mean square position error after compensation at the test poses [m].
-        rho0_each: Error at each test pose [m].
+        rho0_each: Error at each test pose [m]; of a path its root mean square.
+        worst_points: The worst point of each test pose that is a path, None for the others.
         standard_error: (p,) standard errors of the compliances [rad/(N·m)].
         criteria: Every criterion's value; see `study.criteria`.
         information: (p, p) information, prior included [(N·m/rad)²].
@@ -52,6 +69,7 @@ class Assessment:
 
     rho0: float
     rho0_each: tuple[float, ...]
+    worst_points: tuple[WorstPoint | None, ...]
     standard_error: Array
     criteria: dict[str, float]
     information: Array
@@ -90,12 +108,23 @@ def assess(study: Study, cases: LoadCases, repeats: IntArray) -> Assessment:
     return Assessment(
         rho0=criteria[RHO0.name] if regular else float("inf"),
         rho0_each=each,
+        worst_points=tuple(_worst(pose, covariance, regular) for pose in study.test_poses),
         standard_error=frozen(np.sqrt(np.diagonal(covariance))),
         criteria=criteria,
         information=frozen(total),
         nearest=nearest,
         violations=violations,
     )
+
+
+def _worst(pose: TestPose | TestPath, covariance: Array, regular: bool) -> WorstPoint | None:
+    if not isinstance(pose, TestPath):
+        return None
+    if not regular:
+        return WorstPoint(0, pose.points[0], float("inf"))
+    errors = errors_along(pose, covariance)
+    i = int(errors.argmax())
+    return WorstPoint(i, pose.points[i], float(errors[i]))
 
 
 def _margins(study: Study, cases: LoadCases) -> tuple[tuple[Nearest, ...], tuple[Doubt, ...]]:

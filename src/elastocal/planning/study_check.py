@@ -127,12 +127,12 @@ def _doubts(study: Study, reach: float) -> Iterator[Doubt]:
     """Numbers that look like another unit, and joints that are left aside."""
     yield from _tools(study, reach)
     for pose in study.test_poses:
-        if pose.case is None:
+        if pose.cases is None:
             continue
-        turning = np.abs(pose.case.q[0][~study.robot.prismatic])
+        turning = np.abs(pose.cases.q[:, ~study.robot.prismatic])
         if turning.any() and turning.max() < _SMALL_ANGLE:
             yield Doubt("small-angles", (pose.name,), numbers={"below": _SMALL_ANGLE})
-        force = float(np.linalg.norm(pose.case.wrench[0, :3]))
+        force = float(np.linalg.norm(pose.cases.wrench[:, :3], axis=1).max())
         if 0.0 < force < _SMALL_FORCE:
             yield Doubt("small-pose-force", (pose.name,), numbers={"force": force})
     if study.sigma > _COARSE:
@@ -140,7 +140,7 @@ def _doubts(study: Study, reach: float) -> Iterator[Doubt]:
     if 0.0 < study.experiments.force.size < _SMALL_FORCE:
         yield Doubt("small-force", numbers={"force": study.experiments.force.size})
     yield from _small_cell(study)
-    involved = np.abs(np.concatenate([p.regressor for p in study.test_poses])).sum(axis=0) > 0.0
+    involved = np.abs(np.concatenate([p.regressor for p in study.planned_for])).sum(axis=0) > 0.0
     names = zip(study.springs.names, involved, strict=True)
     if idle := tuple(name for name, used in names if not used):
         yield Doubt("no-task", idle)

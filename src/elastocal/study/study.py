@@ -183,6 +183,12 @@ class Study:
         return np.asarray(weights / weights.sum())
 
     @property
+    def path_hashes(self) -> dict[str, str]:
+        """Hashes of the files of the test paths, by the names the study has for them."""
+        paths = (pose for pose in self.test_poses if isinstance(pose, TestPath))
+        return {path.source: path.sha256 for path in paths if path.source}
+
+    @property
     def planned_for(self) -> tuple[TestPose | TestPath, ...]:
         """The test poses that count in the criterion: those with a weight."""
         return tuple(pose for pose in self.test_poses if pose.weight > 0.0)
@@ -255,15 +261,18 @@ def springs_of(robot: Robot, names: list[str] | None) -> VirtualJoints:
     return joint_springs(robot, names)
 
 
+NOTHING_TO_PLAN_FOR = (
+    "every test pose has weight 0, so there is nothing to plan for; give at least one of them a "
+    "weight above 0"
+)
+
+
 def _check_weights(weights: list[float]) -> None:
     """Refuse weights of test poses that leave nothing to plan for."""
     if not all(0.0 <= weight < np.inf for weight in weights):
         raise InputError(f"weights of test poses must be 0 or more and finite, found {weights}")
     if weights and not any(weights):
-        raise InputError(
-            "every test pose has weight 0, so there is nothing to plan for; give at least one "
-            "of them a weight above 0"
-        )
+        raise InputError(NOTHING_TO_PLAN_FOR)
 
 
 def _finite_limits(robot: Robot, limits: Array) -> Array:

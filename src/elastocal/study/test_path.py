@@ -30,6 +30,7 @@ class TestPath:
         points: N names of the points.
         source: File it was read from, as the study names it; empty if there is none.
         sha256: Hash of that file.
+        remarks: Sentences on what is odd in it.
 
     Source: paper, section 7, names it as future work; ours.
     """
@@ -44,6 +45,7 @@ class TestPath:
     points: tuple[str, ...] = ()
     source: str = ""
     sha256: str = ""
+    remarks: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         freeze(self, "regressors")
@@ -59,6 +61,12 @@ class TestPath:
     def case(self) -> LoadCases:
         """The first load case: where the robot is drawn."""
         return LoadCases(self.cases.q[:1], self.cases.wrench[:1])
+
+
+def errors_along(path: TestPath, covariance: Array) -> Array:
+    """(N,) ρ0 at every point [m], of a covariance (p, p) of the compliances."""
+    blocks = path.regressors
+    return np.asarray(np.sqrt(((blocks @ covariance) * blocks).sum(axis=(1, 2))))
 
 
 def mean_rows(blocks: Array) -> Array:

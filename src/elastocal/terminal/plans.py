@@ -11,6 +11,7 @@ from rich.text import Text
 
 from elastocal.arrays import Array
 from elastocal.motion.schedule import Schedule
+from elastocal.planning.along_paths import Shares
 from elastocal.planning.certificate import Certificate
 from elastocal.planning.evaluation import Evaluation
 from elastocal.planning.plan import Plan
@@ -19,6 +20,7 @@ from elastocal.robot.chain import Robot
 from elastocal.study.criteria import CRITERIA, RHO0
 from elastocal.study.study import Study
 from elastocal.terminal.console import micrometres, numbers, out, whole
+from elastocal.terminal.test_poses import show_test_poses, where_judged
 from elastocal.wording import worded
 from elastocal.wording.lists import counted
 from elastocal.wording.numbers import described, number, shown_unit
@@ -44,9 +46,10 @@ def show_plan(plan: Plan) -> None:
         out.print(Text(f"{', '.join(plan.free_joints)}: free, set as the cell requires."))
     show_view(plan.view)
     out.print(_errors(plan.study, worth.standard_error))
+    show_test_poses(plan.study, {"": worth}, {})
     out.print(
         f"ρ0 = [bold]{micrometres(worth.rho0)}[/bold]: root mean square position error "
-        "after compensation at the test poses"
+        f"after compensation {where_judged(plan.study)}"
     )
     if plan.criterion != RHO0.name:
         out.print(Text(_by_criterion(plan)))
@@ -189,6 +192,7 @@ def show_evaluations(
     study: Study,
     results: Mapping[str, Evaluation],
     random: Mapping[int, Array],
+    better: Shares | None = None,
     baselines: Sequence[str] = (),
 ) -> None:
     """Plans side by side, by name.
@@ -197,6 +201,7 @@ def show_evaluations(
         study: The study.
         results: What they are worth.
         random: ρ0 of random plans for each number of experiments [m].
+        better: How often each is better than another along paths; see `better_along`.
         baselines: Names of those that the others are compared with, if they measure as often.
     """
     table = Table(
@@ -219,6 +224,7 @@ def show_evaluations(
             verdict,
         )
     whole(table)
+    show_test_poses(study, {name: r.assessment for name, r in results.items()}, better or {})
     whole(_errors_of_plans(study, results))
     for name, result in results.items():
         show_view(result.view, name)
@@ -234,12 +240,12 @@ def show_evaluations(
         )
         for name, result in results.items():
             if result.count == m and name not in baselines:
-                better = float((rho0 < result.assessment.rho0).mean())
+                beaten = float((rho0 < result.assessment.rho0).mean())
                 factor = middle / result.assessment.rho0
                 out.print(
                     Text(
                         f"{name}: {factor:.2f}× better than the random median, "
-                        f"{100 * better:.3g} % of random plans are better"
+                        f"{100 * beaten:.3g} % of random plans are better"
                     )
                 )
 

@@ -198,7 +198,7 @@ BAD = {
         edit(QUATERNION, 3, 0, "9000"),
         "line 3: no configuration within the joint limits has the TCP there, the nearest",
     ),
-    "first out of reach": (edit(QUATERNION, 2, 0, "9000"), "near it with --start"),
+    "first out of reach": (edit(QUATERNION, 2, 0, "9000"), "near it: --start"),
     "in metres": (
         text([*XYZ, "qw", "qx", "qy", "qz", *LOADS], PLACES / 1e3,
              np.roll(TURNS.as_quat(), 1, axis=1), WRENCH),
@@ -227,7 +227,7 @@ def test_what_is_wrong_is_said_in_one_sentence(tmp_path: Path, what: str) -> Non
 
 
 def test_a_load_may_not_come_from_two_places(tmp_path: Path) -> None:
-    with pytest.raises(PathFileError, match="the command line gives one too"):
+    with pytest.raises(PathFileError, match="one for all points is given too"):
         read(tmp_path, BY_JOINTS, wrench=np.ones(6))
 
 

@@ -175,7 +175,8 @@ def _followed(table: TextTable, robot: Robot, tool: Tool, form: Form | None, sta
     if not last.found:
         off = f"{1e3 * last.distance:.4g} mm"
         turn = f" and {np.degrees(last.turn):.3g}°" if last.turn > 1e-6 else ""
-        hint = "; name a configuration near it with --start" if len(q) == 1 else ""
+        near = "; name a configuration near it: --start, in a study q_deg"
+        hint = near if len(q) == 1 else ""
         raise PathFileError(
             f"{table.path}, line {table.rows[len(q) - 1][0]}: no configuration within the joint "
             f"limits has the TCP there, the nearest found is {off}{turn} off{hint}"
@@ -204,13 +205,14 @@ def _wrenches(
         )
     if found and wrench is not None:
         raise PathFileError(
-            f"{where}: the file has loads (column {(found[0][1] + found[0][2])[0]!r}) and the "
-            "command line gives one too; keep one"
+            f"{where}: the file has loads (column {(found[0][1] + found[0][2])[0]!r}) and one for "
+            "all points is given too; keep one"
         )
     if not found and wrench is None:
         raise PathFileError(
             f"{where}: no load; expected columns Fx [N], Fy [N], Fz [N] in the base frame, or "
-            "Fx tool [N], ... in the axes of the flange, or a constant load with --force-n"
+            "Fx tool [N], ... in the axes of the flange, or one load for all points: --force-n, "
+            "in a study force_N"
         )
     if not found:
         return np.tile(np.asarray(wrench, dtype=float), (len(q), 1)), ()

@@ -14,11 +14,12 @@ import numpy as np
 from elastocal import __version__
 from elastocal.files.plans.done_section import done_section
 from elastocal.files.plans.load_case_entries import columns, load_case_entries
+from elastocal.files.plans.path_entries import path_entries
 from elastocal.files.plans.proposal_file import bound_key, read_proposal, study_for
 from elastocal.files.plans.via_points import VIA, via_document
 from elastocal.files.study.embedded_study import embedded_study
 from elastocal.files.texts import finite, write_text
-from elastocal.planning.assessment import assess
+from elastocal.planning.assessment import Assessment, assess
 from elastocal.planning.certificate import (
     Certificate,
     Progress,
@@ -130,6 +131,7 @@ def plan_document(plan: Plan) -> dict[str, Any]:
             pose.name: 1e3 * rho
             for pose, rho in zip(study.test_poses, worth.rho0_each, strict=True)
         },
+        **_paths(study, worth),
         "standard_error": {
             name: {"value": float(error), "unit": kind.compliance} for name, kind, error in errors
         },
@@ -138,10 +140,24 @@ def plan_document(plan: Plan) -> dict[str, Any]:
     }
 
 
-def _origin(study: Study) -> dict[str, str]:
-    """The study that a plan is made from, and the robot file it names."""
-    origin = {"name": study.name, "sha256": study_hash(study), "text": study.text}
-    return origin | ({"robot_sha256": study.robot.sha256} if study.robot.sha256 else {})
+def _origin(study: Study) -> dict[str, Any]:
+    """The study that a plan is made from, and the robot and path files it names."""
+    origin: dict[str, Any] = {
+        "name": study.name,
+        "sha256": study_hash(study),
+        "text": study.text,
+    }
+    if study.robot.sha256:
+        origin["robot_sha256"] = study.robot.sha256
+    if study.path_hashes:
+        origin["paths_sha256"] = study.path_hashes
+    return origin
+
+
+def _paths(study: Study, worth: Assessment) -> dict[str, Any]:
+    """The worst point along each path."""
+    worst = path_entries(study, worth)
+    return {"paths": worst} if worst else {}
 
 
 def _criteria(values: dict[str, float]) -> dict[str, float]:

@@ -37,6 +37,7 @@ class Proposal:
         named: What the file calls that criterion.
         seed: Seed of the search, None if not said.
         robot_hash: Hash of the robot file it was made with, empty if not said.
+        path_hashes: Hashes of the path files of its study, by name; empty if not said.
         done: What was measured before it, None if nothing.
         via: Configurations passed on the way, see `motion.Vias`; empty if there are none.
         free_joints: Joints whose values do not matter, empty if not said.
@@ -54,6 +55,7 @@ class Proposal:
     via: tuple[Array, ...] = ()
     free_joints: tuple[str, ...] = ()
     named: str = ""
+    path_hashes: dict[str, str] = field(default_factory=dict)
 
     @property
     def count(self) -> int:
@@ -146,6 +148,7 @@ def _read_json(text: str, path: Path, robot: Robot) -> Proposal:
         read_via(document.get("via", []), robot, len(cases), str(path)),
         _free(document.get("free_joints"), robot),
         named,
+        {str(k): str(v) for k, v in _section(origin, "paths_sha256").items()},
     )
 
 

@@ -30,4 +30,11 @@ def embedded_study(plan: Path) -> Study:
             f"{plan}: the robot file of {study.robot.name!r} has changed since this plan was made; "
             "name the study with --study if that is meant"
         )
+    paths = origin.get("paths_sha256")
+    for name, digest in paths.items() if isinstance(paths, dict) else ():
+        if study.path_hashes.get(name, digest) != digest:
+            raise PlanFileError(
+                f"{plan}: path {name!r} has changed since this plan was made; name the study with "
+                "--study if that is meant"
+            )
     return study

@@ -1,4 +1,4 @@
-"""Test poses and experiments of a study."""
+"""Experiments of a study: tool, loads, how many."""
 
 from __future__ import annotations
 
@@ -8,19 +8,11 @@ from typing import Literal
 import numpy as np
 
 from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, Load
-from elastocal.elastic.arm import ElasticArm
-from elastocal.elastic.load_cases import LoadCases
-from elastocal.elastic.springs import VirtualJoints
 from elastocal.errors import InputError
-from elastocal.files.study.joint_values import configuration
 from elastocal.files.study.tools import find_tool
 from elastocal.files.values import (
     Count,
-    Degrees,
-    ListOrByName,
-    Millimetres,
     Name,
-    Number,
     Positive,
     PositiveDegrees,
     Section,
@@ -28,23 +20,8 @@ from elastocal.files.values import (
     deg,
 )
 from elastocal.files.yaml_lines import LocatedError, at
-from elastocal.robot.chain import Robot, Tool
-from elastocal.study.study import Experiments, TestPose, test_pose
-
-
-class TestPoseFile(Section):
-    """A test pose: a load case with its tool, or the matrix A0."""
-
-    __test__ = False
-
-    name: Name | None = None
-    tool: Name | None = None
-    q_deg: ListOrByName[Degrees] | None = None
-    q_mm: dict[Name, Millimetres] | None = None
-    force_N: Vector | None = None
-    torque_Nm: Vector | None = None
-    regressor_Nm2: list[list[Number]] | None = None
-    weight: Positive = 1.0
+from elastocal.robot.chain import Tool
+from elastocal.study.study import Experiments
 
 
 class ConeFile(Section):
@@ -69,39 +46,6 @@ class ExperimentsFile(Section):
     torque_direction: Direction | None = None
     count: Count
     max_configurations: Count | None = None
-
-
-def test_pose_of(
-    robot: Robot,
-    springs: VirtualJoints,
-    tools: Mapping[str, Tool],
-    entry: TestPoseFile,
-    index: int,
-) -> TestPose:
-    """A test pose from its section, the one at `index`."""
-    name = entry.name or f"test pose {index + 1}"
-    if entry.regressor_Nm2 is not None:
-        for key in ("tool", "q_deg", "q_mm", "force_N", "torque_Nm"):
-            if getattr(entry, key) is not None:
-                raise LocatedError((key,), f"{name}: give either regressor_Nm2 or {key}")
-        rows = entry.regressor_Nm2
-        if not rows or any(len(row) != len(springs) for row in rows):
-            raise LocatedError(
-                ("regressor_Nm2",),
-                f"{name}: every row of regressor_Nm2 needs {len(springs)} numbers, one for each "
-                f"of {', '.join(springs.names)}",
-            )
-        return TestPose(name, np.array(rows), entry.weight)
-    if entry.tool is None:
-        raise InputError(f"{name}: key 'tool' is missing")
-    if entry.force_N is None and entry.torque_Nm is None:
-        raise InputError(f"{name}: key 'force_N' is missing")
-    wrench = np.append(entry.force_N or [0.0] * 3, entry.torque_Nm or [0.0] * 3)
-    if not wrench.any():
-        raise InputError(f"{name}: force and torque are zero, so nothing deflects there")
-    q = configuration(robot, entry)
-    arm = ElasticArm(robot, springs, find_tool(tools, entry.tool))
-    return test_pose(arm, LoadCases(q[None], wrench[None]), entry.weight, name)
 
 
 def experiments_of(entry: ExperimentsFile, tools: Mapping[str, Tool]) -> Experiments:

@@ -13,12 +13,7 @@ from elastocal.elastic.springs import VirtualJoints, merged
 from elastocal.errors import InputError, StudyError
 from elastocal.files.problems import first_problem
 from elastocal.files.study.constraints import ConstraintsFile, constraints_of, limits_of
-from elastocal.files.study.experiments import (
-    ExperimentsFile,
-    TestPoseFile,
-    experiments_of,
-    test_pose_of,
-)
+from elastocal.files.study.experiments import ExperimentsFile, experiments_of
 from elastocal.files.study.instrument import InstrumentFile, instrument_of
 from elastocal.files.study.obstacles import clearances_of
 from elastocal.files.study.pace import CampaignFile, MotionFile, pace_of
@@ -32,6 +27,7 @@ from elastocal.files.study.robot import (
     robot_of,
 )
 from elastocal.files.study.springs import SpringFile, extra_springs
+from elastocal.files.study.test_poses import Surroundings, TestPoseFile, test_pose_of
 from elastocal.files.study.tools import ToolFile, tool_of
 from elastocal.files.study.view import view_of
 from elastocal.files.texts import read_text
@@ -40,7 +36,8 @@ from elastocal.files.yaml_lines import Located, LocatedError, at, parse
 from elastocal.robot.chain import Robot
 from elastocal.robot.pose_check import refuse_too_few
 from elastocal.study.criteria import CRITERIA
-from elastocal.study.study import Study, TestPose, springs_of
+from elastocal.study.study import NOTHING_TO_PLAN_FOR, Study, TestPose, springs_of
+from elastocal.study.test_path import TestPath
 
 _LARGEST = 1_000_000  # bytes; a study file is a page of text
 
@@ -118,10 +115,11 @@ def _study(file: StudyFile, path: Path, text: str) -> Study:
     for name, entry in file.tools.items():
         with at("tools", name):
             tools[name] = tool_of(name, entry)
-    poses = []
+    poses: list[TestPose | TestPath] = []
     for i, pose in enumerate(file.test_poses):
         with at("test_poses", i):
-            poses.append(test_pose_of(robot, springs, tools, pose, i))
+            among = Surroundings(robot, springs, tools, path.parent, tuple(poses))
+            poses.append(test_pose_of(pose, among))
     _check_names(poses)
     with at("experiments"):
         experiments = experiments_of(file.experiments, tools)
@@ -178,7 +176,7 @@ def _study(file: StudyFile, path: Path, text: str) -> Study:
         return replace(study, prior=prior_of(study, file.prior, path.parent))
 
 
-def _check_names(poses: list[TestPose]) -> None:
+def _check_names(poses: list[TestPose | TestPath]) -> None:
     with at("test_poses"):
         if not poses:
             raise InputError("test_poses is empty; give at least one test pose")
@@ -186,9 +184,11 @@ def _check_names(poses: list[TestPose]) -> None:
         for i, name in enumerate(names):
             if name in names[:i]:
                 raise LocatedError((i,), f"two test poses are called {name!r}")
+        if not any(pose.weight for pose in poses):
+            raise InputError(NOTHING_TO_PLAN_FOR)
 
 
-def _check_limits(robot: Robot, poses: list[TestPose]) -> None:
+def _check_limits(robot: Robot, poses: list[TestPose | TestPath]) -> None:
     for i, pose in enumerate(poses):
         q = () if pose.case is None else zip(robot.joints, pose.case.q[0], strict=True)
         for joint, value in q:
@@ -202,8 +202,8 @@ def _check_limits(robot: Robot, poses: list[TestPose]) -> None:
                 )
 
 
-def _check_involved(springs: VirtualJoints, poses: list[TestPose]) -> None:
-    if not any(np.any(pose.regressor) for pose in poses):
+def _check_involved(springs: VirtualJoints, poses: list[TestPose | TestPath]) -> None:
+    if not any(np.any(pose.regressor) for pose in poses if pose.weight):
         raise LocatedError(
             ("test_poses",),
             "no test pose involves any of the compliances "
