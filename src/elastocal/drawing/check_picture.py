@@ -20,9 +20,11 @@ from elastocal.drawing.projection import Projection
 from elastocal.drawing.silhouette import hull, solid_points
 from elastocal.drawing.skeleton import Skeleton, skeletons
 from elastocal.drawing.svg import join, line, polyline, tag, text
+from elastocal.drawing.traces import trace
 from elastocal.robot.chain import Robot, Tool
 from elastocal.robot.posture import Posture, forward_kinematics
 from elastocal.study.study import Study
+from elastocal.study.test_path import TestPath
 from elastocal.wording.numbers import fixed, plain
 
 _WIDTH, _HEIGHT, _TABLE, _GAP, _TOP = 620.0, 520.0, 250.0, 24.0, 76.0
@@ -47,12 +49,14 @@ class _Pose:
     arrow: Array
     skeleton: Skeleton
     solids: tuple[Array, ...]
+    trace: Array
 
     @property
     def reach(self) -> Array:
         """(K, 3) points that must be in the picture."""
         tip = self.skeleton.tcp + self.arrow
-        return np.vstack([self.skeleton.points, tip[None], np.zeros((1, 3)), *self.solids])
+        own = [self.skeleton.points, tip[None], np.zeros((1, 3)), self.trace]
+        return np.vstack([*own, *self.solids])
 
 
 def check_picture(study: Study) -> str:
@@ -104,23 +108,27 @@ def _poses(study: Study) -> list[_Pose]:
     """Home, then the test poses that are load cases."""
     home = np.clip(np.zeros(len(study.robot.joints)), study.limits[0], study.limits[1])
     at_zero = "Home: every joint at zero" if not home.any() else "Home: as near to zero as allowed"
-    found = [_pose(study.robot, at_zero, study.experiments.tool, home, np.zeros(3))]
+    nowhere = np.zeros((0, 3))
+    found = [_pose(study.robot, at_zero, study.experiments.tool, home, np.zeros(3), nowhere)]
     for pose in study.test_poses:
         if pose.tool is not None and pose.case is not None:
             own = pose.name.removeprefix("test pose ")
             title, force = f"Test pose {own}", pose.case.wrench[0, :3]
-            found.append(_pose(study.robot, title, pose.tool, pose.case.q[0], force))
+            if isinstance(pose, TestPath):
+                title = f"Test path {own}"
+            line = trace(study.robot, pose)
+            found.append(_pose(study.robot, title, pose.tool, pose.case.q[0], force, line))
     return found[: 1 + _SHOWN]
 
 
-def _pose(robot: Robot, title: str, tool: Tool, q: Array, force: Array) -> _Pose:
+def _pose(robot: Robot, title: str, tool: Tool, q: Array, force: Array, line: Array) -> _Pose:
     skeleton = skeletons(robot, tool, q[None])[0]
     posture = Posture(robot, q[None])
     solids = [solid_points(shape, posture, 0) for shape in robot.visuals]
     size = float(np.ptp(skeleton.points, axis=0).max())
     largest = float(np.linalg.norm(force))
     arrow = force * (_FORCE * size / largest) if largest else force
-    return _Pose(title, tool, q, force, arrow, skeleton, tuple(s for s in solids if len(s)))
+    return _Pose(title, tool, q, force, arrow, skeleton, tuple(s for s in solids if len(s)), line)
 
 
 def _panel(study: Study, pose: _Pose, scale: float) -> tuple[Markup, float]:
@@ -139,12 +147,15 @@ def _panel(study: Study, pose: _Pose, scale: float) -> tuple[Markup, float]:
     busy = [view(np.linspace(a, b, 12)) for a, b in _segments(skeleton)]
     busy += [view(mark.arrow) for mark in marks]
     busy += [view(np.repeat(mark.arrow[-1:], _HEADS, axis=0)) for mark in marks]
+    busy.append(view(pose.trace))
     busy.append(view(np.repeat(skeleton.markers, _HEADS, axis=0)))
     busy.append(view(np.linspace(skeleton.tcp, skeleton.tcp + arrow, _HEADS)))
     labels = Labels(_WIDTH, view.height, np.vstack(busy))
     parts = list(_solids(view, pose.solids))
     parts += [polyline(view(part), "tool") for part in skeleton.tool]
     parts += [polyline(view(skeleton.arm), "limb-edge"), polyline(view(skeleton.arm), "limb")]
+    if len(pose.trace):
+        parts.append(polyline(view(pose.trace), "trace"))
     parts += [_triad(view, np.eye(4)), _triad(view, flange)]
     parts += [_glyph(view, mark) for mark in marks]
     if arrow.any():
@@ -154,6 +165,8 @@ def _panel(study: Study, pose: _Pose, scale: float) -> tuple[Markup, float]:
     height = max(view.height, 64.0 + _ROW * rows)
     floor = tag("svg", _floor(view, pose.reach), y=-4, width=_WIDTH + 8.0, height=height)
     own = [floor, text(24, 20, pose.title, "title"), *parts, table]
+    if len(pose.trace):
+        own.append(text(24, 39, "the robot at its first point", "note"))
     frame = tag("rect", x=12, y=-4, width=_WIDTH + _TABLE - 24, height=height, class_="frame")
     return join([frame, *own]), height
 
@@ -317,6 +330,7 @@ def _style() -> str:
 .check .limb {{ stroke: {c["accent-mid"]}; stroke-width: 5; }}
 .check .limb-key {{ stroke: {c["accent"]}; stroke-width: 7; }}
 .check .tool {{ stroke: {c["muted"]}; stroke-width: 3; }}
+.check .trace {{ stroke: {c["contrast"]}; stroke-width: 1.8; }}
 .check .joint-axis {{ stroke: {c["ink"]}; stroke-width: 1.3; stroke-dasharray: 9 3 2 3; }}
 .check .turn {{ stroke: {c["contrast"]}; stroke-width: 2.6; }}
 .check .turn-head {{ fill: {c["contrast"]}; }}

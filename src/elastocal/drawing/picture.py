@@ -108,6 +108,8 @@ def _figure(figure: DrawnCase, view: View, kind: str, *, labelled: bool) -> Mark
     for vector, heads in ((figure.force, 1), (figure.moment, 2)):
         parts.append(_arrow(view, skeleton.load_point, vector, heads))
     parts += _vectors(figure.vectors, view)
+    if len(figure.trace):
+        parts.append(polyline(view(figure.trace), "path"))
     if labelled and 0 < len(figure.load) <= _LONGEST:
         x, y = view((skeleton.load_point + figure.force)[None])[0]
         half = 4.2 * len(figure.load)

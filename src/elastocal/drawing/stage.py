@@ -6,7 +6,7 @@ scene and the static pictures draw the same stage.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -45,6 +45,7 @@ class DrawnCase:
         moment: (3,) arrow of the moment, likewise.
         load: Size of the wrench in words: "2500 N".
         vectors: Small vectors that begin at its markers.
+        trace: (K, 3) line that the tool follows [m]; none for a single pose.
     """
 
     label: str
@@ -53,6 +54,7 @@ class DrawnCase:
     moment: Array
     load: str
     vectors: tuple[Vector, ...] = ()
+    trace: Array = field(default_factory=lambda: np.zeros((0, 3)))
 
 
 @dataclass(frozen=True)
@@ -123,4 +125,5 @@ def extent(figure: DrawnCase) -> Array:
     """(., 3) points that a figure covers, arrows included [m]."""
     at = figure.skeleton.load_point
     ends = [v.start + v.along for v in figure.vectors]
-    return np.vstack([figure.skeleton.points, at + figure.force, at + figure.moment, *ends])
+    points = [figure.skeleton.points, at + figure.force, at + figure.moment, *ends, figure.trace]
+    return np.vstack(points)

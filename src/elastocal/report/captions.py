@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from elastocal.arrays import Array
+from elastocal.drawing.stage import DrawnCase
 from elastocal.drawing.surfaces import APERTURES, WALLS
 from elastocal.planning.certificate import Certificate
 from elastocal.planning.plan import Plan
@@ -75,6 +76,11 @@ def of_peak(certificate: Certificate) -> str:
         f"Some experiment would tell {number(100.0 * excess, 2)} % more than those of the design "
         "behind the bound, so the bound is loose by at most as much."
     )
+
+
+def of_test(figure: DrawnCase) -> str:
+    """What a picture of a test pose shows."""
+    return f"{figure.label}, a path, at its first point" if len(figure.trace) else figure.label
 
 
 def of_scene(plan: Plan) -> list[str]:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from elastocal.constraints import Clearance
 from elastocal.drawing.obstacles import corners
 from elastocal.drawing.skeleton import skeletons
 from elastocal.drawing.stage import DrawnCase, Stage, boxed, figures
+from elastocal.drawing.traces import trace
 from elastocal.planning.plan import Plan
 
 _HALL = 1.1  # farthest that obstacles are drawn, over the size of the robot
@@ -28,7 +31,8 @@ def planned_stage(plan: Plan) -> Stage:
     peaks = () if peak is None else figures(at_peak, peak, ["peak"], size)
     tests: list[DrawnCase] = []
     for (pose, _, case), skeleton in zip(drawn, tested, strict=True):
-        tests += figures([skeleton], case, [pose.name], size)
+        posed_test = figures([skeleton], case, [pose.name], size)
+        tests += [replace(figure, trace=trace(robot, pose)) for figure in posed_test]
     watched = [c for c in plan.study.constraints if isinstance(c, Clearance)]
     things = np.vstack([np.zeros((1, 3)), *(corners(c) for c in watched)])
     # A hall around the cell must not make the robot small: it is cut off.

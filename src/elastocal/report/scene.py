@@ -106,6 +106,8 @@ def _robot(figure: DrawnCase, size: float, colour: str, role: str, group: int) -
         _mesh(tool, COLOURS["faint"], role, group),
         _mesh(load, COLOURS["ink"], role, group),
     ]
+    if len(figure.trace):
+        traces.append(_lines([figure.trace], COLOURS[colour], role, group, 6))
     traces += _labels(figure, colour, role, group)
     return [trace for trace in traces if trace is not None]
 

@@ -162,17 +162,22 @@ def criteria(plan: Plan, others: Mapping[str, Assessment]) -> BarTable:
 
 
 def test_pose_errors(plan: Plan) -> BarTable:
-    """Error at each test pose."""
-    errors = plan.assessment.rho0_each
+    """Error at each test pose; of paths the root mean square, and the worst point."""
+    study, worth = plan.study, plan.assessment
+    errors, paths = worth.rho0_each, any(worth.worst_points)
     largest = max((e for e in errors if np.isfinite(e)), default=1.0)
-    weights = np.array([pose.weight for pose in plan.study.test_poses])
-    rows = tuple(
-        Row((pose.name, percent(weight), length(error)), _share(error / largest))
-        for pose, weight, error in zip(
-            plan.study.test_poses, weights / weights.sum(), errors, strict=True
-        )
-    )
-    return BarTable(("Test pose", "Weight", "Position error"), rows)
+    rows = []
+    for pose, weight, error, worst in zip(
+        study.test_poses, study.shares, errors, worth.worst_points, strict=True
+    ):
+        cells = [pose.name, percent(weight) if weight else "judged only", length(error)]
+        if worst is not None:
+            cells += [length(worst.rho0), f"point {worst.name} of {len(pose.regressors)}"]
+        elif paths:
+            cells += ["", ""]
+        rows.append(Row(tuple(cells), _share(error / largest)))
+    heads = ("Test pose", "Weight", "Position error", *(("Worst", "Where") if paths else ()))
+    return BarTable(heads, tuple(rows))
 
 
 def joint_value(value: float, kind: JointKind) -> str:

@@ -60,9 +60,11 @@ def verdict(plan: Plan, random: Array | None) -> Verdict:
         f"{counted(m, 'experiment')} in {counted(s, 'configuration')}, "
         f"to identify {counted(len(study.springs), 'compliance')}"
     )
-    where = "the test pose" if len(study.test_poses) == 1 else "the test poses"
+    where = "at the test pose" if len(study.test_poses) == 1 else "at the test poses"
+    if study.only_path is not None:
+        where = f"along the {len(study.only_path.cases)} points of {study.only_path.name}"
     meaning = (
-        f"Root mean square position error that is left at {where} after compensation, "
+        f"Root mean square position error that is left {where} after compensation, "
         f"because measurements are noisy (σ\u00a0=\u00a0{given(study.sigma)} per axis)."
     )
     return Verdict(

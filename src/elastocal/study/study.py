@@ -189,6 +189,12 @@ class Study:
         return {path.source: path.sha256 for path in paths if path.source}
 
     @property
+    def only_path(self) -> TestPath | None:
+        """The path that is planned for, if it is the only thing."""
+        pose = self.planned_for[0] if len(self.planned_for) == 1 else None
+        return pose if isinstance(pose, TestPath) else None
+
+    @property
     def planned_for(self) -> tuple[TestPose | TestPath, ...]:
         """The test poses that count in the criterion: those with a weight."""
         return tuple(pose for pose in self.test_poses if pose.weight > 0.0)

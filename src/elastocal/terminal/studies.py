@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from rich import box
 from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from elastocal.arrays import Array
 from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, Load
 from elastocal.measuring.instrument import Instrument, LaserTracker
 from elastocal.planning.study_check import Checkup
-from elastocal.study.study import Study
+from elastocal.study.study import Study, TestPose
+from elastocal.study.test_path import TestPath
 from elastocal.terminal.console import numbers, out
 from elastocal.wording import ended, worded
 from elastocal.wording.lists import counted
@@ -46,7 +46,9 @@ def show_check(study: Study, found: Checkup) -> None:
     )
     out.print(Text(f"Load: {_load(e.force, 'N')}; torque: {_load(e.moment, 'N·m')}; base frame"))
     for pose in study.test_poses:
-        out.print(Text(f"Test pose {pose.name!r} (weight {pose.weight:g}): {_pose(study, pose)}"))
+        kind = "path" if isinstance(pose, TestPath) else "pose"
+        weight = f"weight {pose.weight:g}" if pose.weight else "judged only"
+        out.print(Text(f"Test {kind} {pose.name!r} ({weight}): {_pose(study, pose)}"))
     least = (
         f", at most {counted(e.max_configurations, 'configuration')}"
         if e.max_configurations
@@ -68,7 +70,9 @@ def show_check(study: Study, found: Checkup) -> None:
         )
     for contacts in found.unwatched:
         out.print(Text(f"Contact not watched, {worded(contacts)}."))
-    for remark in (*robot.remarks, *map(worded, found.doubts)):
+    paths = [pose for pose in study.test_poses if isinstance(pose, TestPath)]
+    remarks = [remark for path in paths for remark in path.remarks]
+    for remark in (*robot.remarks, *remarks, *map(worded, found.doubts)):
         out.print(Text(f"Note: {ended(remark)}", style="yellow"))
     if found.problem is None:
         out.print(f"[green]Identifiable:[/green] {escape(', '.join(study.springs.names))}")
@@ -121,9 +125,19 @@ def _load(load: Load, unit: str) -> str:
     return f"up to {load.largest:g} {unit} {where}"
 
 
-def _pose(study: Study, pose: Any) -> str:
-    if pose.case is None:
+def _pose(study: Study, pose: TestPose | TestPath) -> str:
+    if pose.case is None or pose.tool is None:
         return "given as a matrix"
     scale = study.robot.shown_scale
     values = " ".join(f"{v + 0.0:.1f}" for v in scale * pose.case.q[0])
+    if isinstance(pose, TestPath):
+        force = np.linalg.norm(pose.cases.wrench[:, :3], axis=1)
+        size = f"{force.max():.4g}" if np.ptp(force) < 1e-3 * force.max() else _range(force)
+        return (
+            f"{len(pose.cases)} points from q = {values}, force of {size} N at {pose.tool.name!r}"
+        )
     return f"q = {values}, force {numbers(pose.case.wrench[0, :3])} N at {pose.tool.name!r}"
+
+
+def _range(values: Array) -> str:
+    return f"{values.min():.4g} to {values.max():.4g}"

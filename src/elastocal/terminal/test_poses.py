@@ -57,7 +57,5 @@ def show_test_poses(study: Study, plans: Mapping[str, Assessment], better: Share
 
 def where_judged(study: Study) -> str:
     """Where the accuracy of plans is judged, in a few words."""
-    poses = study.planned_for
-    if len(poses) == 1 and isinstance(poses[0], TestPath):
-        return f"along the {len(poses[0].cases)} points of {poses[0].name}"
-    return "at the test poses"
+    path = study.only_path
+    return f"along the {len(path.cases)} points of {path.name}" if path else "at the test poses"

@@ -30,6 +30,7 @@ from elastocal.viewer.surroundings import (
     ghost,
     obstacles,
     reach,
+    traces,
     tracker_solid,
     walls,
 )
@@ -185,6 +186,11 @@ class Scene:
                 add_solid(self._scene, f"/tests/{i}", figure, colour("contrast"), 0.7)
                 at = skeletons(robot, stop.tool, stop.q[None])[0].tcp
                 self._scene.add_label(f"/tests/{i}/name", stop.label, position=at)
+        for i, line in enumerate(traces(self._subject)):
+            ends = np.stack([line[:-1], line[1:]], axis=1)
+            thick = 0.004 * self.size
+            shade = colour("contrast")
+            self._scene.add_line_segments(f"/tests/path {i}", ends, shade, thickness=thick)
         for i, surface in enumerate(walls(self._subject)):
             self._surface(f"/limits/wall {i}", surface)
         for i, shape in enumerate(obstacles(self._subject)):

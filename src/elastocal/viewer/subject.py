@@ -17,6 +17,7 @@ from elastocal.elastic.load_cases import LoadCases
 from elastocal.planning.sensitivity import Sensitivity
 from elastocal.robot.chain import Tool
 from elastocal.study.study import Study
+from elastocal.study.test_path import TestPath
 
 KINDS = ("plan", "peak", "test", "middle")
 """What a stop is: of the plan, where measuring is worth most, a test pose, or neither."""
@@ -111,7 +112,10 @@ def stops_of(
     for i, pose in enumerate(study.test_poses):
         if pose.case is not None and pose.tool is not None:
             alike = [p.name for p in study.test_poses].count(pose.name) > 1
-            label = f"test pose {pose.name}" + (f" ({i + 1})" if alike else "")
+            kind = "path" if isinstance(pose, TestPath) else "pose"
+            label = f"test {kind} {pose.name}" + (f" ({i + 1})" if alike else "")
+            if isinstance(pose, TestPath):
+                label += f", first of {len(pose.cases)} points"
             found.append(Stop(label, "test", pose.tool, pose.case.q[0], pose.case.wrench[0]))
     return tuple(found)
 

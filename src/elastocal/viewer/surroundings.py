@@ -19,6 +19,7 @@ from elastocal.drawing.skeleton import skeletons
 from elastocal.drawing.solids import Mesh, circle, tube, union
 from elastocal.drawing.stage import Stage
 from elastocal.drawing.surfaces import Surface, aperture, wall
+from elastocal.drawing.traces import trace
 from elastocal.errors import InputError
 from elastocal.measuring.instrument import LaserTracker
 from elastocal.robot.chain import Tool
@@ -75,8 +76,15 @@ def reach(subject: Subject, parts: Sequence[Part] = ()) -> tuple[Array, Array, f
         points += [skeleton.points for skeleton in skeletons(robot, tool, q)]
     for shape in obstacles(subject):
         points.append(_vertices(shape))
+    points += traces(subject)
     box = np.vstack(points)
     return box.min(axis=0) - 0.05 * size, box.max(axis=0) + 0.05 * size, size
+
+
+def traces(subject: Subject) -> list[Array]:
+    """Lines (K, 3) that the tool follows along the test paths [m]."""
+    lines = [trace(subject.study.robot, pose) for pose in subject.study.test_poses]
+    return [line for line in lines if len(line) > 1]
 
 
 def obstacles(subject: Subject) -> tuple[Shape, ...]:

@@ -76,7 +76,7 @@ def _robot(plan: Plan, drawn: Stage) -> Values:
     return {
         "plan": plan,
         "planned": [(f.label, f.load, portrait(f, drawn)) for f in drawn.planned],
-        "tests": [(f.label, f.load, portrait(f, drawn, "test")) for f in drawn.tests],
+        "tests": [(captions.of_test(f), f.load, portrait(f, drawn, "test")) for f in drawn.tests],
         "remarks": captions.of_scene(plan),
     }
 
@@ -90,7 +90,8 @@ def _worth(plan: Plan, random: Array | None, others: Mapping[str, Assessment]) -
         chart = two_widths(
             lambda width: comparison_chart(rho0, bound_of(plan), random, compared, width)
         )
-    by_pose = tables.test_pose_errors(plan) if len(plan.study.test_poses) > 1 else None
+    several = len(plan.study.test_poses) > 1 or plan.study.only_path is not None
+    by_pose = tables.test_pose_errors(plan) if several else None
     return {"chart": chart, "caption": captions.of_random(random), "by_pose": by_pose}
 
 
