@@ -114,6 +114,7 @@ Code = Literal[
     "load-differs",
     "load-too-large",
     "load-outside-cone",
+    "same-information",
     "claims-experiments",
     "claims-rho0",
     "claims-unknown-error",

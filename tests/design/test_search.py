@@ -11,8 +11,9 @@ import pytest
 from elastocal.design import approximate, continuous, exact
 from elastocal.design.approximate import interior_point, optimal_weights
 from elastocal.design.continuous import ContinuousDesign, continuous_design
-from elastocal.design.exact import Effort, Goal, Plans, exact_design, refine
+from elastocal.design.exact import Effort, exact_design
 from elastocal.design.matrix_means import MatrixMean
+from elastocal.design.refinement import Goal, Plans, refine
 from tests.design.polynomial import polynomial
 from tests.design.test_oracle import CORNER, Polygon
 from tests.design.test_textbook import SMOOTH, TEXTBOOK

@@ -9,8 +9,9 @@ import pytest
 
 from elastocal.design.continuous import ContinuousDesign, continuous_design
 from elastocal.design.criterion import InformationFunction
-from elastocal.design.exact import Goal, exact_design
+from elastocal.design.exact import exact_design
 from elastocal.design.matrix_means import MatrixMean
+from elastocal.design.refinement import Goal
 from elastocal.design.test_pose import TestPosePrecision
 from tests.design.polynomial import Regression, polynomial, spring_balance
 

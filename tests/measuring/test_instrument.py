@@ -126,7 +126,7 @@ def test_axis_1_is_free_only_where_the_instrument_does_not_see_it() -> None:
     cases = study.space.load_cases(x)
     assert simplify(study.space, cases)[1] == ("A1",)
     tracked = replace(study, instrument=TRACKER)
-    simple, free = simplify(tracked.space, cases)
+    simple, free, _ = simplify(tracked.space, cases)
     assert free == ()
     assert np.array_equal(simple.q[:, 0], cases.q[:, 0])
     above = LaserTracker(np.array([0.0, 0.0, 6.0]), 5e-6, 1.5e-7, 7.5e-6, 3e-6)

@@ -17,7 +17,8 @@ import pytest
 from elastocal.arrays import Array
 from elastocal.design.approximate import interior_point
 from elastocal.design.criterion import InformationFunction
-from elastocal.design.exact import Effort, Goal, exact_design
+from elastocal.design.exact import Effort, exact_design
+from elastocal.design.refinement import Goal
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import regressor
 from elastocal.elastic.springs import joint_springs

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from elastocal.design.continuous import ContinuousDesign, continuous_design
-from elastocal.design.exact import Goal, exact_design
+from elastocal.design.exact import exact_design
+from elastocal.design.refinement import Goal
 from elastocal.planning.certificate import Bound, lower_bound
 from elastocal.planning.plan import plan
 from elastocal.study.criteria import mean_test_pose

@@ -10,10 +10,12 @@ import numpy as np
 import pytest
 
 from elastocal.elastic.load_cases import LoadCases
+from elastocal.files.plans.evaluation_document import evaluation_document
 from elastocal.planning.certificate import Bound, lower_bound
 from elastocal.planning.evaluation import Evaluation, evaluate
 from elastocal.study.criteria import criterion_of
 from elastocal.study.study import Study
+from elastocal.wording import worded
 from tests.paper.problems import three_link_study
 
 REPEATS = np.array([2, 1, 3])
@@ -32,6 +34,29 @@ def judged(criterion: str = "test-pose", **claims: Any) -> Evaluation:
     q = np.array([[0.0, 0.4, 0.9], [0.3, -0.6, 1.2], [1.0, 0.2, -1.4]])
     force = np.array([[1.0, 0, 0, 0, 0, 0], [0, 1, 0, 0, 0, 0], [0, 0, 1, 0, 0, 0.0]])
     return evaluate(study(criterion), LoadCases(q, force), REPEATS, claims, bound(criterion))
+
+
+def test_load_cases_that_tell_the_same_are_said_but_no_objection() -> None:
+    """The third turned about the first joint with its force, and the second with it reversed."""
+    q = np.array([[0.0, 0.4, 0.9], [0.3, -0.6, 1.2], [1.0, 0.2, -1.4]])
+    force = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0.6, 0.8]])
+    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    q = np.vstack([q, q[2] + [np.pi / 2.0, 0.0, 0.0], q[1]])
+    force = np.vstack([force, turn @ force[2], -force[1]])
+    cases = LoadCases(q, np.hstack([force, np.zeros((5, 3))]))
+    found = evaluate(study(), cases, np.array([1, 2, 1, 1, 1]), {}, bound("test-pose"))
+    assert found.accepted
+    assert [worded(doubt) for doubt in found.remarks] == [
+        "load cases 2, 5 tell the same: any one of them, measured 3×, is worth as much",
+        "load cases 3, 4 tell the same: any one of them, measured 2×, is worth as much",
+    ]
+    document = evaluation_document(found, study(), {})
+    assert document["accepted"] is True
+    assert len(document["remarks"]) == len(document["doubts"]) == 2
+    fewer = LoadCases(cases.q[:3], cases.wrench[:3])
+    single = evaluate(study(), fewer, np.array([1, 3, 2]), {}, bound("test-pose"))
+    assert single.remarks == ()
+    assert single.assessment.rho0 == pytest.approx(found.assessment.rho0, rel=1e-12)
 
 
 def test_a_sound_plan_with_true_claims_is_accepted() -> None:

@@ -10,6 +10,7 @@ import pytest
 
 from elastocal.errors import Code, Doubt
 from elastocal.wording import SENTENCES, worded
+from elastocal.wording.plans import freedom
 from tests.test_architecture import MAY_IMPORT, MODULES, room_of
 
 CORE = set(MAY_IMPORT) - set(
@@ -137,3 +138,35 @@ def test_what_computes_words_only_what_it_raises() -> None:
         calls = {n for n in nodes if isinstance(n, ast.Name) and n.id in said}
         raised = [ast.walk(node) for node in nodes if isinstance(node, ast.Raise)]
         assert calls <= {node for part in raised for node in part}, path
+
+
+@pytest.mark.parametrize(
+    ("free", "turning", "spread", "sentences"),
+    [
+        ((), "", 0.0, []),
+        (("A1", "A6"), "", 0.0, ["A1, A6: free, set as the cell requires."]),
+        (
+            (),
+            "A1",
+            1e-9,
+            [
+                "A1: free together with the load, turned by the same angle; all loads come from "
+                "one side."
+            ],
+        ),
+        (
+            ("E1",),
+            "J1",
+            0.2,
+            [
+                "E1: free, set as the cell requires.",
+                "J1: free together with the load, turned by the same angle; its limits do not let "
+                "all loads come from one side, they spread over 11.5°.",
+            ],
+        ),
+    ],
+)
+def test_which_joints_may_be_set_otherwise(
+    free: tuple[str, ...], turning: str, spread: float, sentences: list[str]
+) -> None:
+    assert freedom(free, turning, spread) == sentences

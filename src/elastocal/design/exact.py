@@ -1,27 +1,26 @@
 """Exact designs: m experiments at no more than s distinct points, found by search.
 
-Plans are refined in lockstep batches under the constraints. The search keeps an elite and breeds
-from it: replace a point by a random one, move a repeat from one point to another, start afresh
-from the best of many random plans, or round the continuous design. For small m replacing points
-of elite plans finds the best known plans most often; for large m rounding does.
+The search keeps an elite of plans and breeds from it: replace a point by a random one, move a
+repeat from one point to another, start afresh from the best of many random plans, or round the
+continuous design. For small m replacing points of elite plans finds the best known plans most
+often; for large m rounding does.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import reduce
 
 import numpy as np
 
-from elastocal.arrays import Array, BoolArray, IntArray
+from elastocal.arrays import Array, IntArray
 from elastocal.design.approximate import interior_point
 from elastocal.design.continuous import ContinuousDesign
-from elastocal.design.criterion import Criterion, InformationFunction
-from elastocal.design.lockstep import Stages, Trial, minimise
-from elastocal.design.oracle import restore
+from elastocal.design.criterion import InformationFunction
+from elastocal.design.refinement import TINY, Goal, Plans, refine
 from elastocal.design.rounding import apportion
-from elastocal.design.space import DesignSpace, information
+from elastocal.design.space import information
 from elastocal.errors import InfeasibleError
 
 
@@ -59,112 +58,6 @@ class Effort:
     stages: tuple[tuple[int, float], ...] = ((30, 0.33), (40, 0.4), (60, 1.0))
 
 
-@dataclass(frozen=True)
-class Goal:
-    """What plans are worth.
-
-    Attributes:
-        space: Where experiments can be chosen from.
-        criterion: What to maximise.
-        base: (p, p) information there is anyway.
-    """
-
-    space: DesignSpace
-    criterion: Criterion
-    base: Array
-
-    def totals(self, x: Array, counts: IntArray) -> tuple[Array, BoolArray]:
-        """(B, p, p) information of plans (B, s, d) with repeats (B, s), and which are feasible."""
-        batch, s, d = x.shape
-        evaluation = self.space.evaluate(x.reshape(-1, d))
-        each = information(evaluation.blocks).reshape(batch, s, self.space.parameters, -1)
-        total = self.base + np.einsum("bs,bsij->bij", counts, each)
-        feasible = (evaluation.margins >= -1e-8).reshape(batch, -1).all(axis=1)
-        return total, np.asarray(feasible)
-
-    def values(self, x: Array, counts: IntArray) -> Array:
-        """(B,) criterion of plans (B, s, d) with repeats (B, s); 0 where infeasible."""
-        total, feasible = self.totals(x, counts)
-        return np.where(feasible, self.criterion.value(total), 0.0)
-
-    def near(self, information: Array) -> Goal:
-        """The goal with all that decides at information matrices; itself if nothing is missing."""
-        criterion = self.criterion.near(information)
-        return self if criterion is self.criterion else replace(self, criterion=criterion)
-
-
-class Plans:
-    """A batch of candidate plans: points (B, s, d), counts (B, s), values (B,)."""
-
-    def __init__(self, x: Array, counts: IntArray, value: Array | None = None) -> None:
-        self.x, self.counts = x, counts
-        self.value = np.zeros(len(x)) if value is None else value
-
-    def __len__(self) -> int:
-        return len(self.x)
-
-    def take(self, index: IntArray) -> Plans:
-        """The plans at `index`."""
-        return Plans(self.x[index], self.counts[index], self.value[index])
-
-    def join(self, other: Plans) -> Plans:
-        """These plans, then those of `other`."""
-        return Plans(
-            np.concatenate([self.x, other.x]),
-            np.concatenate([self.counts, other.counts]),
-            np.concatenate([self.value, other.value]),
-        )
-
-    def best(self, count: int, *, apart: float = 0.0) -> Plans:
-        """The best plans; values closer than `apart` (relative) count as the same plan."""
-        order = np.argsort(-self.value)
-        if apart:
-            values = self.value[order]
-            distinct = np.append(True, np.diff(values) < -apart * np.abs(values[:-1]))
-            order = order[distinct]
-        return self.take(order[:count])
-
-
-def refine(goal: Goal, plans: Plans, *, stages: Stages, tolerance: float = 1e-10) -> Plans:
-    """Move the points of plans to local optima under the constraints; keep the best plans."""
-    space = goal.space
-    batch, s, d = plans.x.shape
-
-    def problem(flat: Array, which: IntArray) -> Trial:
-        counts = plans.counts[which]
-        evaluation = space.evaluate(flat.reshape(-1, d))
-        blocks = evaluation.blocks.reshape(len(which), -1, space.parameters)
-        rows = evaluation.blocks.shape[1]
-        repeats = np.repeat(counts, rows, axis=1)[:, :, None].astype(float)
-        total = goal.base + blocks.transpose(0, 2, 1) @ (blocks * repeats)
-        value, slope = goal.criterion.both(total)
-        regular = value > _TINY
-        value = np.where(regular, value, _TINY)
-        gradient = slope * np.where(regular, -2.0 / value, 0.0)[:, None, None]
-        cotangent = ((blocks @ gradient) * repeats).reshape(evaluation.blocks.shape)
-        margins = evaluation.margins.reshape(len(which), -1)
-
-        def pull(weights: Array) -> Array:
-            shaped = -weights.reshape(evaluation.margins.shape)
-            return evaluation.pull(cotangent, shaped).reshape(len(which), -1)
-
-        return Trial(-np.log(value), margins, pull)
-
-    found = minimise(
-        problem,
-        plans.x.reshape(batch, -1),
-        np.tile(space.lower, s),
-        np.tile(space.upper, s),
-        stages=stages,
-        tolerance=tolerance,
-    )
-    x = restore(space, found.x.reshape(-1, d))
-    broken = np.asarray((space.evaluate(x).margins < -1e-8).any(axis=1))
-    x = np.where(broken[:, None], plans.x[found.origin].reshape(-1, d), x).reshape(-1, s, d)
-    counts = plans.counts[found.origin]
-    return Plans(x, counts, goal.values(x, counts))
-
-
 def exact_design(
     goal: Goal,
     count: int,
@@ -190,9 +83,7 @@ def exact_design(
         # Rounding the continuous design does most of the work where there is room for its support.
         easy = continuous is not None and distinct > goal.space.parameters
         effort = Effort(islands=1) if easy else Effort()
-    smooth = goal
-    if isinstance(goal.criterion, InformationFunction):  # kinks stop a quasi-Newton method
-        smooth = replace(goal, criterion=goal.criterion.smooth)
+    smooth = goal.smooth
     if continuous is not None:
         smooth = smooth.near(continuous.total[None])
     breeder = _Breeder(smooth, count, distinct, rng, continuous)
@@ -230,7 +121,7 @@ def _island(
     for generation in range(1, effort.generations):
         children = breeder.evolve(breeder.children(elite, effort.batch), effort)
         merged = breeder.checked(elite.join(children).best(_ELITE, apart=_APART))
-        gain = merged.value[0] / max(elite.value[0], _TINY) - 1.0
+        gain = merged.value[0] / max(elite.value[0], TINY) - 1.0
         elite, idle = merged, idle + 1 if gain < 1e-5 else 0
         if progress is not None:
             progress("exact plan", done + generation / effort.generations / effort.islands)
@@ -239,7 +130,6 @@ def _island(
     return elite
 
 
-_TINY = 1e-200  # criterion of a plan that identifies nothing
 _ELITE = 24
 _APART = 3e-5  # plans with values closer than this (relative) are taken for the same plan
 _TRIES = 2  # random points of which the best replaces one of an elite plan

@@ -47,6 +47,10 @@ class FixedVector:
         """(N,) how far (N, 3) vectors are from what is allowed, as minus the distance."""
         return -np.linalg.norm(vectors - self.value, axis=1)
 
+    def direction_room(self, vectors: Array) -> Array:
+        """(N,) room of their directions [rad]: they have none of their own, so all."""
+        return np.full(len(vectors), np.pi)
+
 
 @dataclass(frozen=True)
 class FreeDirection:
@@ -120,6 +124,17 @@ class FreeDirection:
     def margin(self, vectors: Array) -> Array:
         """(N,) slack of (N, 3) vectors in the bound on the norm [N or N·m]."""
         return self.largest - np.linalg.norm(vectors, axis=1)
+
+    def direction_room(self, vectors: Array) -> Array:
+        """(N,) angles left between the directions of (N, 3) vectors and the cone [rad].
+
+        π where all directions are allowed, and for zero vectors.
+        """
+        if not self.is_cone:
+            return np.full(len(vectors), np.pi)
+        across = np.linalg.norm(np.cross(vectors, self.axis), axis=1)
+        room = self.half_angle - np.arctan2(across, vectors @ self.axis)
+        return np.asarray(np.where(vectors.any(axis=1), room, np.pi))
 
 
 Load = FixedVector | FreeDirection

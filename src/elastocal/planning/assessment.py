@@ -12,7 +12,7 @@ import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
 from elastocal.constraints import room_at
-from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, Load
+from elastocal.elastic.allowed_loads import FixedVector, Load
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import Doubt
 from elastocal.matrices import rank_of, scaled_inverse
@@ -160,10 +160,8 @@ def _load_violations(unit: str, load: Load, vectors: Array) -> list[Doubt]:
             found.append(Doubt("load-differs", numbers=numbers | wanted, unit=unit))
         else:
             found.append(Doubt("load-too-large", numbers=numbers | {"bound": load.size}, unit=unit))
-    if isinstance(load, FreeDirection) and load.is_cone:
-        for i in np.flatnonzero(np.linalg.norm(vectors, axis=1) > 0.0).tolist():
-            margin = float(load.cone(vectors[i][:, None])[0][0])
-            if margin < -TOLERANCE:
-                numbers = {"load_case": i + 1, "by": -margin}
-                found.append(Doubt("load-outside-cone", numbers=numbers, unit=unit))
+    outside = load.direction_room(vectors)
+    for i in np.flatnonzero(outside < -TOLERANCE).tolist():
+        numbers = {"load_case": i + 1, "by": -float(outside[i])}
+        found.append(Doubt("load-outside-cone", numbers=numbers, unit=unit))
     return found

@@ -165,8 +165,8 @@ def certificate(study: Study, bound: Bound, worth: Assessment, count: int) -> Ce
     value = float(bound.criterion.value(worth.information[None])[0])
     level = float(np.einsum("i,ijk,jk->", design.weights, design.informations, dual.gradient))
     x, weights = _merged(design)
-    support, _ = simplify(space, space.load_cases(x))
-    peak, _ = simplify(space, space.load_cases(dual.x_largest[None]))
+    support = simplify(space, space.load_cases(x)).cases
+    peak = simplify(space, space.load_cases(dual.x_largest[None])).cases
     return Certificate(
         criterion=study.criterion,
         kind="numerical",

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from elastocal.arrays import IntArray, frozen
+from elastocal.design.twins import twins
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import Code, Doubt
 from elastocal.motion.margins import Vias, motion_violations
@@ -37,6 +38,7 @@ class Evaluation:
         certificate: How far it can be from the best, by a bound of its own count.
         objections: Every broken constraint and every claim that does not hold.
         unidentified: The groups of compliances it does not tell apart.
+        remarks: What is odd about it, but holds: load cases that tell the same.
         collisions: Motions between configurations that are not allowed; objections, too.
         view: What the tracker sees in every configuration; None if there is no tracker.
     """
@@ -46,6 +48,7 @@ class Evaluation:
     certificate: Certificate
     objections: tuple[Doubt, ...]
     unidentified: tuple[Doubt, ...]
+    remarks: tuple[Doubt, ...] = ()
     collisions: tuple[Doubt, ...] = ()
     view: Visibility | None = None
 
@@ -89,7 +92,17 @@ def evaluate(
     objections = [*worth.violations, *collisions, *_false_claims(study, worth, proof, claims)]
     view = visibility(study.space, cases.q)
     repeats = frozen(repeats, np.int64)
-    return Evaluation(repeats, worth, proof, tuple(objections), open_ends, collisions, view)
+    twice = tuple(_same_information(study, cases, repeats))
+    return Evaluation(repeats, worth, proof, tuple(objections), open_ends, twice, collisions, view)
+
+
+def _same_information(study: Study, cases: LoadCases, repeats: IntArray) -> Iterator[Doubt]:
+    """Load cases that could be one, measured more often."""
+    for group in twins(study.space.information(cases), repeats):
+        if len(group) > 1:
+            names = tuple(str(i + 1) for i in group)
+            numbers = {"repeats": int(repeats[group].sum())}
+            yield Doubt("same-information", names, numbers=numbers)
 
 
 def _false_claims(

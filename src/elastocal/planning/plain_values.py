@@ -1,28 +1,35 @@
-"""Simplification: the same load cases with plainer joint values.
+"""Simplification: the same load cases with plainer joint values and loads.
 
-In: a space and load cases of it. Out: load cases of the same information and margins, and which
-joints are free.
+In: a space and load cases of it. Out: load cases of the same information and margins, which
+joints are free, and which is free together with the load.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from elastocal.arrays import Array
-from elastocal.constraints import JointLimit, room_at
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.robot.posture import Posture
+from elastocal.planning.one_side import from_one_side
+from elastocal.planning.symmetry import same_worth
 from elastocal.study.experiment_space import LoadCaseSpace
 
 
-def simplify(space: LoadCaseSpace, cases: LoadCases) -> tuple[LoadCases, tuple[str, ...]]:
-    """The same experiments with plainer joint values.
+class Plain(NamedTuple):
+    """Load cases made plain."""
+
+    cases: LoadCases
+    free: tuple[str, ...]  # joints that change nothing: the user may set them as the cell requires
+    turns_with_load: str  # joint that changes nothing if the load turns along; empty: none does
+
+
+def simplify(space: LoadCaseSpace, cases: LoadCases) -> Plain:
+    """The same experiments with plainer joint values, and with loads from one side.
 
     Whole turns are taken out where the limits allow, and joints that change neither information
-    nor margins are put to their rest position: the user may set them as the cell requires.
-
-    Returns:
-        The load cases, and the names of the joints that are free.
+    nor margins are put to their rest position. Where the same is true of a joint that turns
+    together with the load, all loads come from one side.
     """
     robot, q = space.arm.robot, np.array(cases.q)
     lower, upper = space.limits
@@ -31,23 +38,16 @@ def simplify(space: LoadCaseSpace, cases: LoadCases) -> tuple[LoadCases, tuple[s
             near = q[:, j] - 2.0 * np.pi * np.round(q[:, j] / (2.0 * np.pi))
             inside = (near >= lower[j]) & (near <= upper[j])
             q[:, j] = np.where(inside, near, q[:, j])
+    plain = LoadCases(q, cases.wrench)
     free = []
     for j, joint in enumerate(robot.joints):
         rest = float(np.clip(0.0, lower[j], upper[j]))
-        trial, other = q.copy(), q.copy()
+        trial, other = (np.array(plain.q) for _ in range(2))
         trial[:, j] = rest
         other[:, j] = 0.6 * rest + 0.4 * upper[j]
-        if _same(space, q, trial, cases.wrench, j) and _same(space, q, other, cases.wrench, j):
-            q = trial
+        moved = [LoadCases(at, cases.wrench) for at in (trial, other)]
+        if all(same_worth(space, plain, at, j) for at in moved):
+            plain = moved[0]
             free.append(joint.name)
-    return LoadCases(q, cases.wrench), tuple(free)
-
-
-def _same(space: LoadCaseSpace, q: Array, other: Array, wrench: Array, joint: int) -> bool:
-    """Whether two sets of configurations differ in nothing but the margins of one joint."""
-    informations = space.information(LoadCases(q, wrench))
-    change = np.abs(space.information(LoadCases(other, wrench)) - informations).max()
-    others = [c for c in space.constraints if not (isinstance(c, JointLimit) and c.joint == joint)]
-    before, after = (room_at(others, Posture(space.arm.robot, at)) for at in (q, other))
-    moved = np.abs(after - before).max(initial=0.0)
-    return bool(change <= 1e-9 * np.abs(informations).max() and moved <= 1e-9)
+    turned, turns_with_load = from_one_side(space, plain, tuple(free))
+    return Plain(turned, tuple(free), turns_with_load)

@@ -12,8 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
-from elastocal.constraints import Constraint, Distinct
-from elastocal.design.exact import Effort, Goal, exact_design
+from elastocal.constraints import Constraint, Distinct, room_at
+from elastocal.design.exact import Effort, exact_design
+from elastocal.design.refinement import Goal
+from elastocal.design.twins import merged
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InfeasibleError
 from elastocal.motion.margins import motions_free
@@ -29,8 +31,10 @@ from elastocal.planning.certificate import (
     confirmed,
     lower_bound,
 )
-from elastocal.planning.plain_values import simplify
+from elastocal.planning.one_side import azimuth_range
+from elastocal.planning.plain_values import Plain, simplify
 from elastocal.planning.visibility import Visibility, visibility
+from elastocal.robot.posture import Posture
 from elastocal.study.identifiability import check_count, check_identifiable
 from elastocal.study.study import Study
 from elastocal.wording import worded
@@ -49,6 +53,8 @@ class Plan:
         seed: Seed of the search.
         study: The study it was made from.
         free_joints: Joints whose values do not matter: set them as the cell requires.
+        turns_with_load: Joint that may be turned together with the load, by the same angle; empty
+            if there is none. The loads come from one side of it if its limits allow.
         via: S + 1 arrays (K, n): configurations to pass on the way to each load case and at last
             home, where the straight motion is blocked [rad or m]; empty if none is.
     """
@@ -61,6 +67,7 @@ class Plan:
     seed: int
     study: Study
     free_joints: tuple[str, ...] = ()
+    turns_with_load: str = ""
     via: tuple[Array, ...] = ()
 
     @property
@@ -72,6 +79,13 @@ class Plan:
     def view(self) -> Visibility | None:
         """What the tracker sees at the load cases; None if the instrument is no tracker."""
         return visibility(self.study.space, self.load_cases.q)
+
+    @property
+    def load_range(self) -> float:
+        """Over which angle about `turns_with_load` the loads spread [rad]; 0: from one side."""
+        if not self.turns_with_load:
+            return 0.0
+        return azimuth_range(self.study.robot, self.load_cases, self.turns_with_load)
 
     @property
     def schedule(self) -> Schedule:
@@ -125,7 +139,8 @@ def plan(
         criterion=study.criterion,
         seed=seed,
         study=study,
-        free_joints=found.free,
+        free_joints=found.plain.free,
+        turns_with_load=found.plain.turns_with_load,
         via=found.via,
     )
 
@@ -136,7 +151,7 @@ class _Outcome(NamedTuple):
     x: Array  # (S, d) design points
     cases: LoadCases  # in order of execution
     repeats: IntArray
-    free: tuple[str, ...]
+    plain: Plain
     via: tuple[Array, ...]
 
 
@@ -157,8 +172,9 @@ def _searched(
     avoid: tuple[Constraint, ...] = ()
     while True:
         reachable = replace(space, constraints=(*space.constraints, *avoid))
+        goal = Goal(reachable, bound.target, study.prior)
         design = exact_design(
-            Goal(reachable, bound.target, study.prior),
+            goal,
             m,
             distinct,
             rng,
@@ -166,7 +182,11 @@ def _searched(
             effort=effort,
             progress=lambda what, share: tell(what, 0.4 + 0.6 * share),
         )
-        cases, free = simplify(space, space.load_cases(design.x))
+        plain = simplify(space, space.load_cases(design.x))
+        single = merged(goal, design, _roomiest(study, plain.cases))
+        if single is not design:
+            design, plain = single, simplify(space, space.load_cases(single.x))
+        cases = plain.cases
         order = best_order(cases, study.pace, free=partial(motions_free, motions)).sequence
         cases = LoadCases(cases.q[order], cases.wrench[order])
         try:
@@ -174,10 +194,18 @@ def _searched(
         except UnreachableError as error:
             if len(avoid) == _UNREACHABLE:
                 raise
-            counts = np.array([float(name not in free) for name in study.robot.joint_names])
+            same = (*plain.free, plain.turns_with_load)
+            counts = np.array([float(name not in same) for name in study.robot.joint_names])
             avoid += (Distinct("distance from what cannot be reached", error.q, counts, _AWAY),)
             continue
-        return _Outcome(design.x, cases, design.counts[order], free, via)
+        return _Outcome(design.x, cases, design.counts[order], plain, via)
+
+
+def _roomiest(study: Study, cases: LoadCases) -> IntArray:
+    """(S,) load cases, those with the most room to their nearest constraints first."""
+    constraints = (*study.joint_limits, *study.constraints)
+    room = np.sort(room_at(constraints, Posture(study.robot, cases.q)), axis=0)
+    return np.lexsort(-np.round(room[::-1], 6))
 
 
 _UNREACHABLE = 8  # configurations without a way to them that are given up, one after the other ...

@@ -66,10 +66,12 @@ def remaining(study: Study, before: Done) -> Study:
 def knowing(study: Study, before: Done) -> Study:
     """The same study with what is known, and without the configurations that were measured.
 
-    Joints that change nothing do not make another configuration of one that was measured.
+    Joints that change nothing, alone or with the load, do not make another configuration of one
+    that was measured.
     """
-    _, free = simplify(study.space, before.cases)
-    counts: Array = np.array([float(name not in free) for name in study.robot.joint_names])
+    plain = simplify(study.space, before.cases)
+    same = (*plain.free, plain.turns_with_load)
+    counts: Array = np.array([float(name not in same) for name in study.robot.joint_names])
     apart = tuple(
         Distinct(
             bounded(f"distance from measured configuration {i + 1}", ">=", _APART, "rad"),

@@ -21,9 +21,10 @@ from elastocal.study.criteria import CRITERIA, RHO0
 from elastocal.study.study import Study
 from elastocal.terminal.console import micrometres, numbers, out, whole
 from elastocal.terminal.test_poses import show_test_poses, where_judged
-from elastocal.wording import worded
+from elastocal.wording import ended, worded
 from elastocal.wording.lists import counted
 from elastocal.wording.numbers import described, number, shown_unit
+from elastocal.wording.plans import freedom
 
 _ERRORS = "Standard errors of the compliances"
 
@@ -42,8 +43,8 @@ def show_plan(plan: Plan) -> None:
                 "again."
             )
         )
-    if plan.free_joints:
-        out.print(Text(f"{', '.join(plan.free_joints)}: free, set as the cell requires."))
+    for sentence in freedom(plan.free_joints, plan.turns_with_load, plan.load_range):
+        out.print(Text(sentence))
     show_view(plan.view)
     out.print(_errors(plan.study, worth.standard_error))
     show_test_poses(plan.study, {"": worth}, {})
@@ -230,6 +231,8 @@ def show_evaluations(
         show_view(result.view, name)
         for doubt in (*result.objections, *result.unidentified):
             out.print(Text(f"{name}: {worded(doubt)}", "red"))
+        for doubt in result.remarks:
+            out.print(Text(f"{name}: {ended(worded(doubt))}"))
     for base in baselines:
         _show_baseline(base, results, [name for name in results if name not in baselines])
     for m, rho0 in random.items():

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 from elastocal.errors import Code, Doubt
+from elastocal.wording.lists import listed
 from elastocal.wording.numbers import described
 
 
@@ -35,6 +36,32 @@ def _criteria(doubt: Doubt) -> str:
     return f"it claims {claimed} for criterion {first} but has {found}{rest}"
 
 
+def freedom(free: Sequence[str], turns_with_load: str, load_range: float) -> list[str]:
+    """Sentences on joints that may be set otherwise: alone, or together with the load.
+
+    Args:
+        free: Joints that change nothing.
+        turns_with_load: Joint that changes nothing if the load turns along; empty if none.
+        load_range: Over which angle about it the loads spread [rad].
+    """
+    said = []
+    if free:
+        said.append(f"{', '.join(free)}: free, set as the cell requires.")
+    if turns_with_load:
+        sides = "all loads come from one side"
+        if load_range > _ONE_SIDE:
+            sides = (
+                "its limits do not let all loads come from one side, they spread over "
+                f"{described(load_range, 'rad', 3)}"
+            )
+        said.append(
+            f"{turns_with_load}: free together with the load, turned by the same angle; {sides}."
+        )
+    return said
+
+
+_ONE_SIDE = 1e-6  # spread of loads from one side: rounding [rad]
+
 SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     "constraint-broken": lambda doubt: (
         f"{_at(doubt)} breaks {doubt.about[0]} by {described(doubt.numbers['by'], doubt.unit)}"
@@ -50,6 +77,10 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     "load-outside-cone": lambda doubt: (
         f"{_at(doubt)} has a {_kind(doubt)} outside the cone by "
         f"{described(doubt.numbers['by'], 'rad')}"
+    ),
+    "same-information": lambda doubt: (
+        f"load cases {listed(doubt.about)} tell the same: any one of them, measured "
+        f"{doubt.numbers['repeats']}×, is worth as much"
     ),
     "claims-experiments": lambda doubt: _claim(
         doubt, "it claims {claimed:g} experiments but has {found}"

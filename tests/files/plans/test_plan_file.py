@@ -16,6 +16,7 @@ from elastocal.planning.certificate import Bound, lower_bound
 from elastocal.planning.evaluation import evaluate
 from elastocal.wording import worded
 from tests.files.campaign import study
+from tests.paper.problems import three_link_study
 
 LIGHT = ec.Effort(batch=8, generations=1, patience=1, islands=1)
 
@@ -37,6 +38,21 @@ def test_a_plan_is_read_back(plan: ec.Plan, tmp_path: Path) -> None:
     assert again.assessment.rho0 == pytest.approx(plan.assessment.rho0, rel=1e-12)
     bound = plan.certificate.lower_bound
     assert again.certificate.lower_bound == pytest.approx(bound, rel=1e-3)
+
+
+def test_a_joint_that_turns_with_the_load_is_read_back(tmp_path: Path) -> None:
+    made = ec.plan(three_link_study(3), seed=0, effort=LIGHT)
+    assert made.turns_with_load == "J1"
+    assert made.load_range < 1e-9
+    ec.write_plan(made, tmp_path / "plan.json")
+    document = json.loads((tmp_path / "plan.json").read_text("utf-8"))
+    assert document["turns_with_load"] == "J1"
+    again = ec.read_plan(tmp_path / "plan.json", made.study)
+    assert again.turns_with_load == "J1"
+    for odd in ("J9", 1, ["J1"]):
+        document["turns_with_load"] = odd
+        (tmp_path / "plan.json").write_text(json.dumps(document), "utf-8")
+        assert ec.read_plan(tmp_path / "plan.json", made.study).turns_with_load == ""
 
 
 def test_what_a_plan_claims_is_not_believed(plan: ec.Plan, tmp_path: Path) -> None:

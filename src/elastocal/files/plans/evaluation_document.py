@@ -43,5 +43,6 @@ def evaluation_document(
         "seen": None if view is None else dict(zip(view.markers, view.seen.tolist(), strict=True)),
         "accepted": evaluation.accepted,
         "objections": [worded(doubt) for doubt in doubts],
-        "doubts": doubt_entries(doubts),
+        "remarks": [worded(doubt) for doubt in evaluation.remarks],
+        "doubts": doubt_entries((*doubts, *evaluation.remarks)),
     }

@@ -84,6 +84,7 @@ def read_plan(
         seed=proposal.seed or 0,
         study=study,
         free_joints=proposal.free_joints,
+        turns_with_load=proposal.turns_with_load,
         via=proposal.via,
     )
 
@@ -119,6 +120,7 @@ def plan_document(plan: Plan) -> dict[str, Any]:
         "seed": plan.seed,
         "experiments": plan.count,
         "free_joints": list(plan.free_joints),
+        **({"turns_with_load": plan.turns_with_load} if plan.turns_with_load else {}),
         "load_cases": cases,
         **via_document(robot, plan.via),
         "schedule": {

@@ -41,6 +41,7 @@ class Proposal:
         done: What was measured before it, None if nothing.
         via: Configurations passed on the way, see `motion.Vias`; empty if there are none.
         free_joints: Joints whose values do not matter, empty if not said.
+        turns_with_load: Joint that may turn together with the load, empty if not said.
     """
 
     name: str
@@ -56,6 +57,7 @@ class Proposal:
     free_joints: tuple[str, ...] = ()
     named: str = ""
     path_hashes: dict[str, str] = field(default_factory=dict)
+    turns_with_load: str = ""
 
     @property
     def count(self) -> int:
@@ -149,6 +151,7 @@ def _read_json(text: str, path: Path, robot: Robot) -> Proposal:
         _free(document.get("free_joints"), robot),
         named,
         {str(k): str(v) for k, v in _section(origin, "paths_sha256").items()},
+        "".join(_free([document.get("turns_with_load")], robot)),
     )
 
 

@@ -31,6 +31,7 @@ from elastocal.report.section import Chapter, PageSection, Values
 from elastocal.report.verdict import bound_of, verdict
 from elastocal.wording.lists import counted
 from elastocal.wording.numbers import number
+from elastocal.wording.plans import freedom
 
 
 def plan_chapter(contents: Contents, *, alone: bool) -> Chapter | None:
@@ -51,6 +52,7 @@ def plan_chapter(contents: Contents, *, alone: bool) -> Chapter | None:
         "cards": run_sheet(plan, drawn),
         "tool_points": tool_points(plan),
         "way_home": way_home(plan),
+        "freedom": freedom(plan.free_joints, plan.turns_with_load, plan.load_range),
     }
     top = {**about, "verdict": said, "alone": alone}
     top["picture"] = group(drawn.planned, drawn.tests, drawn, 360.0)
