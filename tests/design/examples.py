@@ -7,6 +7,8 @@ import numpy as np
 from elastocal.design.criterion import Criterion, InformationFunction
 from elastocal.design.matrix_means import MatrixMean
 from elastocal.design.minimax import PowerMean, Worst, floored
+from elastocal.design.observability import SingularValueRatio
+from elastocal.design.part import InformationOnPart, OnPart
 from elastocal.design.test_pose import TestPosePrecision
 from elastocal.elastic.allowed_loads import FixedVector
 from elastocal.elastic.arm import ElasticArm
@@ -59,6 +61,8 @@ def _information_functions() -> dict[str, InformationFunction]:
     functions["floored test pose"] = floored(
         TestPosePrecision(np.diag([1.0, 2.0, 0.0])), np.diag([1.0, 4.0, 100.0]), 1e-2
     )
+    for name, order in (("A", -1.0), ("D", 0.0), ("E", -np.inf)):
+        functions[f"{name} of two"] = InformationOnPart(MatrixMean(order), (2, 1))
     functions["floored E"] = floored(MatrixMean(-np.inf), np.diag([1.0, 4.0, 100.0]), 1e-2)
     return functions
 
@@ -67,6 +71,7 @@ INFORMATION_FUNCTIONS = _information_functions()
 SMOOTH = {name: f for name, f in INFORMATION_FUNCTIONS.items() if f.smooth is f}
 ALL: dict[str, Criterion] = {
     **{name: c.function(study_with_two_test_poses()) for name, c in CRITERIA.items()},
+    "O2 of two": OnPart(SingularValueRatio(1), (0, 1)),
     **INFORMATION_FUNCTIONS,
 }
 
