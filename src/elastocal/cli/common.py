@@ -46,7 +46,9 @@ Start = Annotated[
     str | None,
     typer.Option(help='Near the first point, for paths of poses: "A1=0deg A2=-90deg …".'),
 ]
-Known = Annotated[Path | None, typer.Option(help="Model of further joints, taken as it is.")]
+Known = Annotated[
+    Path | None, typer.Option(help="Model of further joints, which bend; instead of the study's.")
+]
 
 
 def guarded(command: Callable[..., None]) -> Callable[..., None]:

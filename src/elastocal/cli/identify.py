@@ -46,7 +46,7 @@ def identify_command(
     as_json: Json = False,
 ) -> None:
     """Identify the compliances from measurements; write model.json."""
-    from elastocal.cli.inputs import model_at, readings
+    from elastocal.cli.inputs import known_in, known_model, model_at, readings
     from elastocal.files.models.identification_file import write_identification
     from elastocal.files.study.study_file import read_study
     from elastocal.identification.fit import Fit
@@ -54,7 +54,9 @@ def identify_command(
 
     models = [file for file in (mapping, prior, known) if file is not None]
     writable(out, study_file, *measurements, *models, suffix=".json")
-    study = read_study(study_file)
+    study = read_study(study_file, known_in(known))
+    if study.known is not None and known is None:
+        writable(out, study_file.parent / study.known.source)
     data = readings(study, measurements, mapping)
     if not as_json:  # before the fit: what looks odd explains why a fit fails
         from elastocal.terminal.measurements import show_remarks
@@ -65,9 +67,9 @@ def identify_command(
         data,
         Fit(model, sigma, loss, nonnegative, confidence),
         prior=model_at(prior, study.robot),
-        known=model_at(known, study.robot),
+        known=known_model(None, study),
     )
-    document = write_identification(study, identification, out, prior, known)
+    document = write_identification(study, identification, out, prior)
     if as_json:
         print_json(document)
         return
@@ -90,7 +92,7 @@ def validate_command(
     as_json: Json = False,
 ) -> None:
     """Compare a model with experiments; with those it was made from, each is left out in turn."""
-    from elastocal.cli.inputs import fit_of, model_at, readings
+    from elastocal.cli.inputs import fit_of, known_in, known_model, model_at, readings
     from elastocal.files.measurements.suspicious import kept_aside
     from elastocal.files.models.identification_section import validation_document
     from elastocal.files.models.model_file import read_model
@@ -99,16 +101,16 @@ def validate_command(
     from elastocal.identification.identify import identify
     from elastocal.identification.validation import leave_one_out, validate
 
-    study = read_study(study_file)
+    study = read_study(study_file, known_in(known))
     data = readings(study, measurements, mapping)
     if made_from(model, data):
-        if not made_with(model, prior, known):
+        if not made_with(model, prior, study.known):
             raise InputError(
                 f"{model}: was fitted to these measurements with a prior or known joints; leaving "
                 "experiments out in turn needs the same --prior and --known"
             )
-        models = model_at(prior, study.robot), model_at(known, study.robot)
-        again = identify(study.arm, data, fit_of(model), prior=models[0], known=models[1])
+        before, others = model_at(prior, study.robot), known_model(None, study)
+        again = identify(study.arm, data, fit_of(model), prior=before, known=others)
         validation = leave_one_out(again, confidence=confidence)
     else:
         data = kept_aside(data)

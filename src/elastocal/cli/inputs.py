@@ -21,13 +21,16 @@ from elastocal.files.paths.path_file import read_path
 from elastocal.files.plans.plan_file import study_hash
 from elastocal.files.plans.proposal_file import Proposal, read_proposal
 from elastocal.files.study.embedded_study import embedded_study
-from elastocal.files.study.study_file import read_study
+from elastocal.files.study.known import KnownOf, known_at
+from elastocal.files.study.study_file import parse_study, read_study
 from elastocal.identification.fit import Fit
 from elastocal.measuring.measurements import Measurements
 from elastocal.planning.baseline import in_test_poses
 from elastocal.robot.chain import Robot, Tool
+from elastocal.study.known import Known
 from elastocal.study.study import Study
 from elastocal.study.test_path import test_path
+from elastocal.study.two_steps import with_known
 
 
 @dataclass(frozen=True)
@@ -39,7 +42,7 @@ class Files:
         model: The model that was made of it; it says how.
         mapping: What foreign headers mean.
         prior: Model from before, weighed by its covariance.
-        known: Model of further joints, taken as it is.
+        known: Model of further joints, which bend and are fitted along.
         validation: What was measured and kept aside.
         path: Path of the task, as it is wanted.
         truth: True compliances, for virtual campaigns.
@@ -84,6 +87,23 @@ def baselines(study: Study, proposed: dict[str, Proposal]) -> dict[str, Proposal
     return named
 
 
+def knowing_as(study: Study, proposals: dict[str, Proposal]) -> Study:
+    """The study with what its plans knew of further springs, if it does not say itself.
+
+    Raises:
+        InputError: they knew different things.
+    """
+    known = {p.known.sha256: p.known for p in proposals.values() if p.known is not None}
+    if study.known is not None or not known:
+        return study
+    if len(known) > 1:
+        raise InputError(
+            "the plans knew different things of further springs, "
+            f"{' and '.join(k.source for k in known.values())}; name one as `known` in the study"
+        )
+    return with_known(study, next(iter(known.values())))
+
+
 def only_proposal(paths: list[Path], study: Study) -> Proposal:
     """The plan of a single campaign."""
     if len(paths) != 1:
@@ -106,6 +126,20 @@ def note_origin(name: str, proposal: Proposal, study: Study) -> None:
             f"by that, which is {proposal.criterion!r} now",
             file=sys.stderr,
         )
+    if proposal.known is not None:
+        _note_known(name, proposal.known, study)
+
+
+def _note_known(name: str, known: Known, study: Study) -> None:
+    joints = ", ".join(known.model.names)
+    if study.known is None:
+        print(f"note: {name} counts what {known.source} knows of {joints}", file=sys.stderr)
+    elif study.known.sha256 != known.sha256:
+        print(
+            f"note: {name} was made when {known.source} was another file; it is judged by what "
+            f"{study.known.source} knows of {joints} now",
+            file=sys.stderr,
+        )
 
 
 def readings(study: Study, paths: list[Path], mapping: Path | None = None) -> Measurements:
@@ -116,6 +150,30 @@ def readings(study: Study, paths: list[Path], mapping: Path | None = None) -> Me
 def model_at(path: Path | None, robot: Robot) -> ComplianceModel | None:
     """The model in a file, None if no file is named."""
     return None if path is None else read_model(path, robot)
+
+
+def known_in(path: Path | None) -> KnownOf | None:
+    """What a file named on the command line knows of further springs; None: as the study says."""
+    return None if path is None else lambda robot: known_at(path, robot, parse_study)
+
+
+def known_model(path: Path | None, study: Study) -> ComplianceModel | None:
+    """The compliances of further springs, from a file or as the study knows them.
+
+    Raises:
+        InputError: the study has a plan only, which has no compliances yet.
+    """
+    if path is not None:
+        return read_model(path, study.robot)
+    if study.known is None:
+        return None
+    if study.known.planned:
+        raise InputError(
+            f"{study.known.source}: a plan has no compliances of "
+            f"{', '.join(study.known.model.names)}; name the model that was identified by it with "
+            "--known"
+        )
+    return study.known.model
 
 
 def models_at(paths: list[Path], robot: Robot) -> ComplianceModel:
@@ -182,7 +240,7 @@ def with_path(
     task = read_path(path, study.robot, used, start_of(study, used, start), wrench)
     names = [pose.name for pose in study.test_poses]
     judged = replace(
-        test_path(replace(study.arm, tool=used), task.cases, 0.0, path.name),
+        test_path(replace(study.fitted_arm, tool=used), task.cases, 0.0, path.name),
         name=path.name if path.name not in names else str(path),
         points=task.names,
         remarks=task.remarks,

@@ -47,10 +47,15 @@ def plan_command(
         list[Path] | None,
         typer.Option(help="What was measured already (CSV): plan the rest of the campaign."),
     ] = None,
+    known: Annotated[
+        Path | None,
+        typer.Option(help="What is known of further joints: model.json, or plan.json of a step 1."),
+    ] = None,
     seed: Seed = 0,
     as_json: Json = False,
 ) -> None:
     """Plan the experiments; write plan.json and the run sheet plan.csv."""
+    from elastocal.cli.inputs import known_in
     from elastocal.cli.planning import planned
     from elastocal.files.plans.plan_file import plan_document
     from elastocal.files.study.study_file import read_study
@@ -58,9 +63,12 @@ def plan_command(
     from elastocal.terminal.plans import show_plan
     from elastocal.wording import worded
 
-    writable(out, study_file, suffix=".json")
+    given = [] if known is None else [known]
+    writable(out, study_file, *given, suffix=".json")
     writable(out.with_suffix(".csv"), study_file)
-    study = read_study(study_file)
+    study = read_study(study_file, known_in(known))
+    if study.known is not None and known is None:
+        writable(out, study_file.parent / study.known.source)
     if after:
         study = _rest(study, after)
     study = _overridden(study, count, max_configurations, criterion)
@@ -128,7 +136,7 @@ def evaluate_command(
     as_json: Json = False,
 ) -> None:
     """Judge plans from the study alone; refuse what breaks a constraint or claims too much."""
-    from elastocal.cli.inputs import baselines, load, note_origin, proposals, with_path
+    from elastocal.cli.inputs import baselines, knowing_as, load, note_origin, proposals, with_path
     from elastocal.cli.planning import bound
     from elastocal.files.plans.evaluation_document import evaluation_document
     from elastocal.files.plans.proposal_file import study_for
@@ -147,12 +155,13 @@ def evaluate_command(
     else:
         study = with_path(study, path, tool, load(force_n, torque_nm), start)
     results = {}
-    bounds: dict[tuple[str, str, int], Bound] = {}
+    bounds: dict[tuple[str, str, str, int], Bound] = {}
     studies: dict[int, Study] = {}
     proposed = proposals(plans, study)
+    written, study = study, knowing_as(study, proposed)
     measured = baselines(study, proposed) if at_test_poses else {}
     for name, proposal in (proposed | measured).items():
-        note_origin(name, proposal, study)
+        note_origin(name, proposal, written)
         m, done = proposal.count, proposal.done
         if done is not None:
             print(
@@ -163,7 +172,8 @@ def evaluate_command(
         # A plan is judged by the criterion it was made for.
         wanted = studies[m] = study_for(proposal, study)
         before = "" if done is None else done.sha256
-        key = (wanted.criterion, before, m if wanted.prior.any() else 0)
+        known = "" if wanted.known is None else wanted.known.sha256
+        key = (wanted.criterion, before, known, m if wanted.prior.any() else 0)
         if key not in bounds:
             bounds[key] = bound(wanted, m, seed)
         results[name] = evaluate(

@@ -65,7 +65,7 @@ def simulate_command(
     """Simulate what a plan would measure on a robot whose compliances are known."""
     import numpy as np
 
-    from elastocal.cli.inputs import only_proposal, proposals
+    from elastocal.cli.inputs import knowing_as, only_proposal, proposals
     from elastocal.files.measurements.measurement_file import write_measurements
     from elastocal.files.models.campaign_file import write_campaigns
     from elastocal.files.models.model_file import read_model
@@ -90,7 +90,9 @@ def simulate_command(
         write_measurements(made, study.robot, out)
         _say_measurements(made, out, as_json)
         return
-    named = {name: (p.load_cases, p.repeats) for name, p in proposals(plans, study).items()}
+    proposed = proposals(plans, study)
+    study = knowing_as(study, proposed)
+    named = {name: (p.load_cases, p.repeats) for name, p in proposed.items()}
     from elastocal.terminal.console import progress  # rich takes its time: where it is needed
 
     with progress("campaigns") as tell:
@@ -105,7 +107,7 @@ def simulate_command(
             reality=reality,
             progress=tell,
         )
-    write_campaigns(result, study.springs, out)
+    write_campaigns(result, study.fitted, out)
     _say_campaigns(result, study, out, as_json)
 
 
@@ -138,7 +140,7 @@ def _say_campaigns(result: MonteCarlo, study: Study, out: Path, as_json: bool) -
     from elastocal.terminal.campaigns import show_campaigns
 
     if as_json:
-        print_json(campaigns_document(result, study.springs))
+        print_json(campaigns_document(result, study.fitted))
         return
     show_campaigns(result)
     print(f"wrote {out}")

@@ -11,7 +11,15 @@ from pathlib import Path
 import numpy as np
 
 from elastocal.arrays import IntArray
-from elastocal.cli.inputs import Files, fit_of, model_at, readings, start_of, tool_called
+from elastocal.cli.inputs import (
+    Files,
+    fit_of,
+    known_model,
+    model_at,
+    readings,
+    start_of,
+    tool_called,
+)
 from elastocal.compensation.compensate import Compensation, compensate, mirrored, residual
 from elastocal.elastic.compliance_model import ComplianceModel, merged_models
 from elastocal.elastic.load_cases import LoadCases
@@ -38,7 +46,7 @@ def stages(study: Study, files: Files, tool: str | None, confidence: float) -> C
     """Identification, validation and compensation: recomputed from the files, not read of them."""
     truth, model = model_at(files.truth, study.robot), model_at(files.model, study.robot)
     fitted = _identified(study, files, model, confidence)
-    known = model_at(files.known, study.robot)
+    known = known_model(files.known, study) if files.measurements or files.known else None
     model = fitted.model if fitted is not None else _with(model, known)
     contents = Contents(
         identification=fitted,
@@ -70,7 +78,7 @@ def _identified(
         return None
     data = readings(study, files.measurements, files.mapping)
     how = fit_of(files.model, confidence)
-    prior, known = model_at(files.prior, study.robot), model_at(files.known, study.robot)
+    prior, known = model_at(files.prior, study.robot), known_model(files.known, study)
     fitted = identify(study.arm, data, how, prior=prior, known=known)
     if model is not None:
         _refuse_another(model, fitted, files)

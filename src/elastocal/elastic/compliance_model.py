@@ -57,10 +57,50 @@ class ComplianceModel:
         """(p,) standard errors, zero where a compliance is known exactly."""
         return np.sqrt(np.diagonal(self.covariance))
 
+    @property
+    def uncertain(self) -> tuple[str, ...]:
+        """Names of the springs that are not known exactly."""
+        errors = self.standard_error
+        return tuple(n for n, error in zip(self.names, errors, strict=True) if error > 0.0)
+
     def of(self, names: Sequence[str]) -> Array:
         """(len(names),) compliances of the springs called `names`; zero for rigid joints."""
         known = dict(zip(self.names, self.compliance, strict=True))
         return np.array([known.get(name, 0.0) for name in names])
+
+
+_TIED = 1e-12  # eigenvalue of a correlation matrix at which a combination counts as exact
+
+
+def rows_of(model: ComplianceModel, shared: Sequence[str], names: Sequence[str]) -> Array:
+    """(E, p) rows over the springs `names`: what a model knows of them, with unit noise.
+
+    Args:
+        model: What is known; its covariance.
+        shared: The E of its springs that count, none of them known exactly.
+        names: The p springs that are fitted.
+
+    Raises:
+        InputError: the model knows a combination of its springs exactly.
+
+    Source: RᵀR of the rows R is the inverse covariance.
+    """
+    rows = np.zeros((len(shared), len(names)))
+    if not shared:
+        return rows
+    index = [model.names.index(name) for name in shared]
+    covariance = model.covariance[np.ix_(index, index)]
+    scale = np.sqrt(np.diagonal(covariance))
+    correlation = covariance / np.outer(scale, scale)
+    if np.linalg.eigvalsh(correlation)[0] < _TIED:
+        raise InputError(
+            f"{model.source or 'the model'}: its covariance is singular, a combination of "
+            f"{', '.join(shared)} has no uncertainty at all; give standard errors alone, or a "
+            "covariance of full rank"
+        )
+    root = np.linalg.inv(np.linalg.cholesky(correlation)) / scale
+    rows[:, [names.index(name) for name in shared]] = root
+    return rows
 
 
 def merged_models(models: Sequence[ComplianceModel]) -> ComplianceModel:

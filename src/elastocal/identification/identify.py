@@ -14,12 +14,11 @@ import numpy as np
 
 from elastocal.arrays import Array, frozen
 from elastocal.elastic.arm import ElasticArm
-from elastocal.elastic.compliance_model import ComplianceModel
+from elastocal.elastic.compliance_model import ComplianceModel, rows_of
 from elastocal.elastic.springs import merged, subset
 from elastocal.errors import Doubt, IdentifiabilityError, InputError
 from elastocal.fitting.goodness import lack_of_fit
 from elastocal.fitting.influence import Influence, influence, influence_on, reordered
-from elastocal.identification.beforehand import rows_of, uncertain
 from elastocal.identification.fit import Fit
 from elastocal.identification.gauss_newton import (
     Problem,
@@ -126,7 +125,7 @@ def _problem(
         others = [name for name in known.names if name not in arm.springs.names]
         springs = merged(arm.springs, subset(known.springs, others))
         start = np.where([n in others for n in springs.names], known.of(springs.names), 0.0)
-        doubted = uncertain(known, others)
+        doubted = tuple(name for name in known.uncertain if name in others)
     free = [i for i, n in enumerate(springs.names) if n in arm.springs.names or n in doubted]
     fitted = [springs.names[i] for i in free]
     # The rows of the known ones come last: `covariance_of` counts on it.
@@ -166,7 +165,7 @@ def _prior_rows(
     if prior is None:
         return np.zeros((0, len(fitted))), np.zeros(0)
     shared = [name for name in names if name in prior.names]
-    exact = [name for name in shared if name not in uncertain(prior, shared)]
+    exact = [name for name in shared if name not in prior.uncertain]
     if exact:
         raise InputError(
             f"the prior knows {exact[0]!r} exactly: leave it out of `identify`, or give it a "

@@ -60,9 +60,10 @@ class Assessment:
         rho0: Root mean square position error after compensation at the test poses [m].
         rho0_each: Error at each test pose [m]; of a path its root mean square.
         worst_points: The worst point of each test pose that is a path, None for the others.
-        standard_error: (p,) standard errors of the compliances [rad/(N·m)].
+        standard_error: (p,) standard errors of the compliances to identify [rad/(N·m)].
         criteria: Every criterion's value; see `study.criteria`.
-        information: (p, p) information, prior included [(N·m/rad)²].
+        information: (f, f) information on all that is fitted, prior included [(N·m/rad)²].
+        covariance: (f, f) covariance of all that is fitted [(rad/(N·m))²]; infinite if singular.
         nearest: Nearest constraint of every load case.
         violations: Every broken constraint and every load that is not allowed.
     """
@@ -73,6 +74,7 @@ class Assessment:
     standard_error: Array
     criteria: dict[str, float]
     information: Array
+    covariance: Array
     nearest: tuple[Nearest, ...]
     violations: tuple[Doubt, ...]
 
@@ -109,9 +111,10 @@ def assess(study: Study, cases: LoadCases, repeats: IntArray) -> Assessment:
         rho0=criteria[RHO0.name] if regular else float("inf"),
         rho0_each=each,
         worst_points=tuple(_worst(pose, covariance, regular) for pose in study.test_poses),
-        standard_error=frozen(np.sqrt(np.diagonal(covariance))),
+        standard_error=frozen(np.sqrt(np.diagonal(covariance))[study.wanted]),
         criteria=criteria,
         information=frozen(total),
+        covariance=frozen(covariance),
         nearest=nearest,
         violations=violations,
     )

@@ -6,13 +6,13 @@ certificate from a bound computed anew, and every objection. The planner's word 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from elastocal.arrays import IntArray, frozen
+from elastocal.arrays import Array, IntArray, frozen
 from elastocal.design.twins import twins
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import Code, Doubt
@@ -78,7 +78,7 @@ def evaluate(
         cases: S load cases.
         repeats: (S,) repeats.
         claims: What is claimed: rho0 [m], lower_bound [m], efficiency, standard_error by joint,
-            criteria by name, in SI.
+            covariance as names and a matrix, criteria by name, in SI.
         bound: Bound for this study and as many experiments.
         via: Configurations passed on the way, see `motion.Vias`.
     """
@@ -87,7 +87,7 @@ def evaluate(
     x = study.space.points(cases)
     bound = confirmed(study, bound, x, np.random.default_rng(0))
     proof = certificate(study, bound, worth, study.experiments.count)
-    open_ends = unidentifiable(study.springs.names, worth.information)
+    open_ends = unidentifiable(study.fitted.names, worth.information)
     collisions = motion_violations(study.motion_space, cases.q, via)
     objections = [*worth.violations, *collisions, *_false_claims(study, worth, proof, claims)]
     view = visibility(study.space, cases.q)
@@ -120,6 +120,8 @@ def _false_claims(
             yield Doubt("claims-unknown-error", (name,))
         elif _differ(claimed, errors[name], _AGREE):
             yield _claim("claims-error", claimed, errors[name], name)
+    if claims.get("covariance") is not None:
+        yield from _false_covariance(study, worth, *claims["covariance"])
     yield from _false_criteria(study, worth, claims.get("criteria", {}))
     bound, promised = proof.position_bound, claims.get("lower_bound", 0.0)
     if bound is not None and promised > bound * (1.0 + _BOUNDS_AGREE):
@@ -127,6 +129,27 @@ def _false_claims(
     promised = claims.get("efficiency", 0.0)
     if proof.kind != "none" and promised > proof.efficiency * (1.0 + 2.0 * _BOUNDS_AGREE):
         yield _claim("claims-efficiency", promised, proof.efficiency)
+
+
+def _false_covariance(
+    study: Study, worth: Assessment, names: Sequence[str], claimed: Array
+) -> Iterator[Doubt]:
+    """A covariance (p, p) of other springs, or of other values; the worst of them is said."""
+    if unknown := tuple(name for name in names if name not in study.fitted.names):
+        yield Doubt("claims-unknown-error", unknown[:1])
+        return
+    index = [study.fitted.names.index(name) for name in names]
+    found = worth.covariance[np.ix_(index, index)]
+    if not np.isfinite(found).all():
+        yield _claim("claims-error", float(np.sqrt(claimed[0, 0])), float("inf"), names[0])
+        return
+    scale = np.sqrt(np.diagonal(found))
+    off = np.abs(claimed - found) / np.outer(scale, scale)
+    if off.max() > 2.0 * _AGREE:
+        i, j = divmod(int(off.argmax()), len(names))
+        yield _claim(
+            "claims-covariance", claimed[i, j], found[i, j], *dict.fromkeys((names[i], names[j]))
+        )
 
 
 def _false_criteria(study: Study, worth: Assessment, claimed: dict[str, float]) -> Iterator[Doubt]:

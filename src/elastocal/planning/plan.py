@@ -17,7 +17,7 @@ from elastocal.design.exact import Effort, exact_design
 from elastocal.design.refinement import Goal
 from elastocal.design.twins import merged
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.errors import InfeasibleError
+from elastocal.errors import Doubt, InfeasibleError
 from elastocal.motion.margins import motions_free
 from elastocal.motion.schedule import Schedule, schedule
 from elastocal.motion.tour import best_order
@@ -36,6 +36,7 @@ from elastocal.planning.plain_values import Plain, simplify
 from elastocal.planning.visibility import Visibility, visibility
 from elastocal.robot.posture import Posture
 from elastocal.study.identifiability import check_count, check_identifiable
+from elastocal.study.left_rigid import left_rigid
 from elastocal.study.study import Study
 from elastocal.wording import worded
 
@@ -74,6 +75,11 @@ class Plan:
     def count(self) -> int:
         """Number of experiments m."""
         return int(self.repeats.sum())
+
+    @property
+    def doubts(self) -> tuple[Doubt, ...]:
+        """What ρ0 leaves out: joints taken as rigid that the task bends."""
+        return tuple(d for d in left_rigid(self.study) if d.code == "rigid-at-test-pose")
 
     @property
     def view(self) -> Visibility | None:
@@ -168,7 +174,7 @@ def _searched(
     Configurations to which no way leads are ruled out one by one, with what is near them.
     """
     space, motions, m = study.space, study.motion_space, study.experiments.count
-    distinct = min(study.experiments.max_configurations or m, m, _enough(len(study.springs)))
+    distinct = min(study.experiments.max_configurations or m, m, _enough(len(study.fitted)))
     avoid: tuple[Constraint, ...] = ()
     while True:
         reachable = replace(space, constraints=(*space.constraints, *avoid))

@@ -30,7 +30,7 @@ def done(study: Study, measurements: Measurements) -> Done:
     Source: paper eq. (13): the information of the readings there are, with their own noise.
     """
     cases, tool = measurements.cases, measurements.tool
-    rows = regressor(replace(study.arm, tool=tool), cases)
+    rows = regressor(replace(study.fitted_arm, tool=tool), cases)
     rows = rows.reshape(len(cases), len(tool.markers), 3, -1)
     _, whitener = noise_factors(measurements.covariance)
     seen = (whitener @ rows[measurements.case, measurements.marker]).reshape(-1, rows.shape[-1])
@@ -69,6 +69,11 @@ def knowing(study: Study, before: Done) -> Study:
     Joints that change nothing, alone or with the load, do not make another configuration of one
     that was measured.
     """
+    if before.information.shape != study.prior.shape:
+        raise InputError(
+            f"{before.source}: its information is on {len(before.information)} compliances, and "
+            f"the study fits {', '.join(study.fitted.names)}"
+        )
     plain = simplify(study.space, before.cases)
     same = (*plain.free, plain.turns_with_load)
     counts: Array = np.array([float(name not in same) for name in study.robot.joint_names])

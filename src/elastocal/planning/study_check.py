@@ -20,6 +20,7 @@ from elastocal.robot.pose_check import PoseCheck, check_known_poses, refuse_misf
 from elastocal.robot.posture import Posture
 from elastocal.study.criteria import renamed
 from elastocal.study.identifiability import check_count, check_identifiable
+from elastocal.study.left_rigid import left_rigid
 from elastocal.study.study import Study
 
 HEAD = "tracker-head"
@@ -140,12 +141,12 @@ def _doubts(study: Study, reach: float) -> Iterator[Doubt]:
     if 0.0 < study.experiments.force.size < _SMALL_FORCE:
         yield Doubt("small-force", numbers={"force": study.experiments.force.size})
     yield from _small_cell(study)
-    involved = np.abs(np.concatenate([p.regressor for p in study.planned_for])).sum(axis=0) > 0.0
+    rows = np.concatenate([p.regressor for p in study.planned_for])[:, study.wanted]
+    involved = np.abs(rows).sum(axis=0) > 0.0
     names = zip(study.springs.names, involved, strict=True)
     if idle := tuple(name for name, used in names if not used):
         yield Doubt("no-task", idle)
-    if rigid := tuple(n for n in study.robot.joint_names if n not in study.springs.names):
-        yield Doubt("taken-as-rigid", rigid)
+    yield from left_rigid(study)
     yield from renamed(study)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from elastocal.arrays import Array
 from elastocal.planning.certificate import Certificate
 from elastocal.planning.plan import Plan
+from elastocal.wording import ended, worded
 from elastocal.wording.lists import counted
 from elastocal.wording.numbers import given, length, length_and_unit, number, percent
 
@@ -148,6 +149,14 @@ def _advice(plan: Plan) -> list[str]:
         sentences.append(
             "These experiments do not tell all compliances apart. Use more or other configurations."
         )
-    if plan.study.prior is not None and np.any(plan.study.prior):
+    sentences += [ended(worded(doubt)) for doubt in plan.doubts]
+    if plan.study.known is not None:
+        known = plan.study.known
+        how = "promised by" if known.planned else "found in"
+        sentences.append(
+            f"{', '.join(known.model.names)} bend as well: what they are known with, as {how} "
+            f"{known.source or 'an earlier campaign'}, counts in every number."
+        )
+    elif plan.study.prior is not None and np.any(plan.study.prior):
         sentences.append("What was known before these experiments is counted in every number.")
     return sentences

@@ -19,6 +19,7 @@ from elastocal.fitting.goodness import quantile
 from elastocal.identification.batch import Design, fit_all, predicted_covariance
 from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
+from elastocal.simulation.beforehand import as_known, drawn, rows_known
 from elastocal.simulation.remaining_error import Judge, errors_left, judge
 from elastocal.simulation.virtual_campaign import (
     Reality,
@@ -40,7 +41,7 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True)
 class Campaigns:
-    """K virtual campaigns of one plan that identify p compliances, judged at T test poses.
+    """K virtual campaigns of one plan that fit p compliances, judged at T test poses.
 
     Attributes:
         name: Name of the plan.
@@ -131,8 +132,9 @@ class MonteCarlo:
     """Virtual campaigns of several plans.
 
     Attributes:
-        springs: Names of the p identified compliances.
-        known: Springs of the truth that are not identified; every campaign knew them.
+        springs: Names of the p fitted compliances: those to identify, and those that each campaign
+            knew as well as the study does.
+        known: Springs of the truth that are not fitted; every campaign knew them.
         test_poses: Names of the T test poses.
         plans: The campaigns of each plan.
         number: Campaigns of each plan.
@@ -178,11 +180,12 @@ def campaigns(
     """Simulate, identify and judge `number` campaigns of every plan.
 
     Springs of the truth that the study does not identify bend in the experiments, and are known to
-    the fit and to the compensation: what is compared is how well the plans find the others.
+    the fit and to the compensation: what is compared is how well the plans find the others. What
+    the study knows with an uncertainty is known to each campaign with an error drawn from it.
 
     Args:
         study: Robot, springs to identify, tool, instrument, test poses.
-        truth: True compliances; all identified springs must be in it.
+        truth: True compliances; all springs that are fitted must be in it.
         plans: Load cases and repeats by the name of the plan.
         number: Campaigns of each plan, at least 2.
         seed: Same seed, same result, whatever the number of workers.
@@ -198,7 +201,7 @@ def campaigns(
         EquilibriumError: the arm gives way.
     """
     how, reality = how or Fit(), reality or Reality()
-    linear, arm = reality.linear, study.arm
+    linear, arm = reality.linear, study.fitted_arm
     _check(study, truth, number, workers, how)
     judges = tuple(judge(arm, truth, pose, linear=linear) for pose in study.test_poses)
     shared: dict[str, _Plan] = {}
@@ -217,7 +220,7 @@ def campaigns(
         # One campaign the long way: it refuses what cannot be identified, by name.
         plain, rng = Reality(linear=linear), np.random.default_rng(seed)
         one = simulate(study, truth, cases, repeats, rng, reality=plain)
-        identify(arm, one, how, known=truth)
+        identify(study.arm, one, how, known=as_known(study, truth))
     jobs = [
         (name, size, np.random.SeedSequence(seed, spawn_key=(i, k)))
         for i, name in enumerate(plans)
@@ -229,8 +232,8 @@ def campaigns(
         parts = [d for job, d in zip(jobs, done, strict=True) if job[0] == name]
         found.append(_collected(study, truth, name, shared[name], parts))
     return MonteCarlo(
-        springs=study.springs.names,
-        known=tuple(n for n in truth.names if n not in study.springs.names),
+        springs=study.fitted.names,
+        known=tuple(n for n in truth.names if n not in study.fitted.names),
         test_poses=tuple(pose.name for pose in study.test_poses),
         plans=tuple(found),
         number=number,
@@ -241,9 +244,10 @@ def campaigns(
 
 
 def _check(study: Study, truth: ComplianceModel, number: int, workers: int, how: Fit) -> None:
-    missing = [name for name in study.springs.names if name not in truth.names]
+    missing = [name for name in study.fitted.names if name not in truth.names]
     if missing:
-        raise InputError(f"the truth says nothing of {missing[0]}, which the study identifies")
+        does = "identifies" if missing[0] in study.springs.names else "knows"
+        raise InputError(f"the truth says nothing of {missing[0]}, which the study {does}")
     if number < 2:
         raise InputError(f"the number of campaigns must be at least 2, found {number}")
     if workers < 1:
@@ -262,12 +266,13 @@ def _design(
 ) -> Design:
     return Design(
         arm=ideal.arm,
-        free=np.array([truth.names.index(name) for name in study.springs.names]),
+        free=np.array([truth.names.index(name) for name in study.fitted.names]),
         start=truth.compliance,
         cases=cases,
         case=np.repeat(np.arange(len(cases)), repeats),
         covariance=ideal.covariance,
         linear=how.linear,
+        known=rows_known(study),
     )
 
 
@@ -303,13 +308,18 @@ def _run(
 
 def _chunk(plan: _Plan, size: int, seed: np.random.SeedSequence) -> tuple[Array, Array, Array]:
     """Estimates, standard errors and errors at the test poses of `size` campaigns."""
-    readings = _readings(plan, size, np.random.default_rng(seed))
-    fitted = fit_all(plan.design, readings)
+    rng = np.random.default_rng(seed)
+    readings = _readings(plan, size, rng)
+    true = plan.compliance[plan.design.free]
+    fitted = fit_all(plan.design, readings, drawn(true, plan.design.known, size, rng))
     variance = np.ones(size)
     if plan.how.estimates_sigma:
         variance = fitted.chi_square / plan.design.dof
-    diagonal = np.diagonal(fitted.covariance, axis1=1, axis2=2)
-    error = np.sqrt(variance[:, None] * diagonal)
+    diagonal = variance[:, None] * np.diagonal(fitted.covariance, axis1=1, axis2=2)
+    if len(plan.design.known):  # what was known keeps its own noise: see `covariance_of`
+        moved = fitted.covariance @ plan.design.known.T
+        diagonal = diagonal + (1.0 - variance[:, None]) * np.sum(moved**2, axis=2)
+    error = np.sqrt(diagonal)
     left = np.stack([errors_left(one, fitted.compliance) for one in plan.judges], axis=1)
     return fitted.compliance, error, left
 
@@ -349,7 +359,7 @@ def _collected(
     return Campaigns(
         name=name,
         experiments=len(design.case),
-        truth=frozen(truth.of(study.springs.names)),
+        truth=frozen(truth.of(study.fitted.names)),
         estimate=frozen(estimate),
         standard_error=frozen(error),
         quantile=quantile(0.975, dof),

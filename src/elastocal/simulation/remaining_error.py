@@ -24,7 +24,7 @@ class Judge:
 
     Attributes:
         truth: (c,) true compliances of all springs [rad/(N·m) or m/N].
-        free: (p,) which of them are identified.
+        free: (p,) which of them are fitted.
         regressor: (r, p) A0; of a path the rows of the loaded deflection, see `mean_rows`.
         arm: The true arm with the tool of the test pose, its TCP the only marker; None: the
             regressor judges.

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from elastocal.arrays import Array
 from elastocal.design.criterion import Criterion
 from elastocal.design.matrix_means import MatrixMean
 from elastocal.design.observability import SingularValueRatio
+from elastocal.design.part import information_on, on_part
 from elastocal.design.test_pose import TestPosePrecision
 from elastocal.design.worst_pose import WorstPose
 from elastocal.elastic.springs import VirtualJoints
@@ -96,12 +98,12 @@ def _worst_test_pose(study: Study) -> Criterion:
 
 
 def _worst_coordinate(study: Study) -> Criterion:
-    rows = np.concatenate([p.regressors.reshape(-1, len(study.springs)) for p in study.planned_for])
+    rows = np.concatenate([p.regressors.reshape(-1, len(study.fitted)) for p in study.planned_for])
     return _worst_of(rows[np.abs(rows).sum(axis=1) > 0.0])
 
 
 def _worst_compliance(study: Study) -> Criterion:
-    return _worst_of(np.eye(len(study.springs)))
+    return _worst_of(np.eye(len(study.fitted))[study.wanted])
 
 
 def _worst_of(rows: Array) -> Criterion:
@@ -118,7 +120,12 @@ def _stacked(blocks: list[Array]) -> Array:
 
 
 def _mean(name: str, order: float, meaning: str) -> PlanCriterion:
-    return PlanCriterion(name, lambda _: MatrixMean(order), meaning, compliances)
+    return PlanCriterion(name, partial(_of_wanted, MatrixMean(order)), meaning, compliances)
+
+
+def _of_wanted(function: Criterion, study: Study) -> Criterion:
+    """`function` of the compliances to identify, whatever the known ones are."""
+    return on_part(function, study.wanted, len(study.fitted))
 
 
 def _observability(
@@ -140,10 +147,13 @@ def _observability(
         return units[int(springs.prismatic.all())]
 
     def measured(study: Study, information: Array, _: Criterion) -> float:
+        if study.known is not None:
+            information = information_on(study.wanted, information[None])[0]
         eigenvalues = np.linalg.eigvalsh(information)
         return index(study.sigma * np.sqrt(np.maximum(eigenvalues, 0.0)))
 
-    return PlanCriterion(name, lambda _: function, meaning, unit_of, measured, larger_is_better)
+    made = partial(_of_wanted, function)
+    return PlanCriterion(name, made, meaning, unit_of, measured, larger_is_better)
 
 
 def _o1(singular: Array) -> float:

@@ -51,5 +51,7 @@ def check_count(
             break
     if distinct < needed:
         code: Code = "too-few-experiments" if count <= distinct else "too-few-configurations"
-        doubt = Doubt(code, space.arm.springs.names, (), {"count": distinct, "needed": needed})
+        unknown = np.diagonal(prior) == 0.0
+        names = tuple(np.array(space.arm.springs.names)[unknown].tolist())
+        doubt = Doubt(code, names, (), {"count": distinct, "needed": needed})
         raise IdentifiabilityError(worded(doubt)).with_doubts(doubt)

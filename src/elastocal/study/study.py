@@ -16,7 +16,7 @@ from elastocal.elastic.allowed_loads import FixedVector, Load
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import regressor
-from elastocal.elastic.springs import VirtualJoints, joint_springs
+from elastocal.elastic.springs import VirtualJoints, joint_springs, merged
 from elastocal.errors import InputError
 from elastocal.measuring.instrument import Instrument
 from elastocal.motion.pace import Pace, for_robot
@@ -25,6 +25,7 @@ from elastocal.robot.chain import Robot, Tool
 from elastocal.robot.controller_axes import Coupling, uncoupled
 from elastocal.robot.pose_check import KnownPose
 from elastocal.study.experiment_space import LoadCaseSpace
+from elastocal.study.known import Known
 from elastocal.study.test_path import TestPath
 from elastocal.wording.numbers import bounded, described
 
@@ -140,7 +141,7 @@ class Study:
         constraints: Constraints on configurations besides the joint limits.
         limits: (2, n) lower and upper joint values allowed [rad or m]; the robot's if not given.
         criterion: Name of the criterion to plan for; see `criteria.CRITERIA`.
-        prior: (p, p) information there is already [(N·m/rad)²]; none if not given.
+        prior: (f, f) information there is already [(N·m/rad)²]; none if not given.
         pace: How long things take at the cell; the usual if not given.
         gravity: (3,) acceleration that the masses of the links feel [m/s²]; zero: left out.
         controller: What the controller shows for the joint values of the model; the same if None.
@@ -148,6 +149,8 @@ class Study:
         name: What the user calls it.
         text: The study file as written, empty if there is none.
         done: What was measured before, if the plan is for the rest; `prior` counts it already.
+        known: Springs that bend besides, as an earlier campaign found them; `prior` counts it
+            already, and test poses see them: see `two_steps.with_known`.
     """
 
     robot: Robot
@@ -166,13 +169,14 @@ class Study:
     name: str = "study"
     text: str = ""
     done: Done | None = None
+    known: Known | None = None
 
     def __post_init__(self) -> None:
         limits = self.limits if self.limits.size else [self.robot.lower, self.robot.upper]
         freeze(self, limits=_finite_limits(self.robot, np.array(limits)))
         object.__setattr__(self, "pace", for_robot(self.pace, self.robot, self.limits))
-        p = len(self.springs)
-        prior = self.prior if self.prior.size else np.zeros((p, p))
+        f = len(self.fitted)
+        prior = self.prior if self.prior.size else np.zeros((f, f))
         freeze(self, prior=prior, gravity=np.reshape(self.gravity, 3))
         _check_weights([pose.weight for pose in self.test_poses])
 
@@ -205,6 +209,21 @@ class Study:
         return self.instrument.sigma
 
     @cached_property
+    def fitted(self) -> VirtualJoints:
+        """The f springs that are fitted: those to identify, and those not known exactly."""
+        return self.springs if self.known is None else merged(self.springs, self.known.uncertain)
+
+    @property
+    def wanted(self) -> list[int]:
+        """(p,) positions of the springs to identify among the fitted ones."""
+        return [self.fitted.names.index(name) for name in self.springs.names]
+
+    @property
+    def fitted_arm(self) -> ElasticArm:
+        """The robot with all springs that are fitted and the calibration tool."""
+        return ElasticArm(self.robot, self.fitted, self.experiments.tool, self.gravity)
+
+    @cached_property
     def arm(self) -> ElasticArm:
         """The robot with the springs to identify and the calibration tool."""
         return ElasticArm(self.robot, self.springs, self.experiments.tool, self.gravity)
@@ -216,10 +235,10 @@ class Study:
 
     @property
     def space(self) -> LoadCaseSpace:
-        """The load cases to choose from."""
+        """The load cases to choose from; their rows are of all springs that are fitted."""
         e = self.experiments
         return LoadCaseSpace(
-            self.arm, e.force, e.moment, self.constraints, self.instrument, self.limits
+            self.fitted_arm, e.force, e.moment, self.constraints, self.instrument, self.limits
         )
 
     @property

@@ -49,9 +49,12 @@ def show_identification(found: Identification) -> None:
             _interval(low, k, high, largest),
         )
     whole(table)
-    known = [name for name in found.model.names if name not in found.identified]
+    along = [name for name in found.fitted if name not in found.identified]
+    if along:
+        out.print(Text(f"Known from before, and fitted along: {', '.join(along)}"))
+    known = [name for name in found.model.names if name not in found.fitted]
     if known:
-        out.print(Text(f"Taken as known: {', '.join(known)}"))
+        out.print(Text(f"Taken as known exactly: {', '.join(known)}"))
     out.print(Text(_noise(found)))
     out.print(Text(_linear(found)))
     weak = doubts(found)

@@ -20,6 +20,7 @@ from elastocal.robot.chain import Robot
 from elastocal.study.criteria import CRITERIA, RHO0
 from elastocal.study.study import Study
 from elastocal.terminal.console import micrometres, numbers, out, whole
+from elastocal.terminal.studies import known_phrase
 from elastocal.terminal.test_poses import show_test_poses, where_judged
 from elastocal.wording import ended, worded
 from elastocal.wording.lists import counted
@@ -47,11 +48,15 @@ def show_plan(plan: Plan) -> None:
         out.print(Text(sentence))
     show_view(plan.view)
     out.print(_errors(plan.study, worth.standard_error))
+    if plan.study.known is not None:
+        out.print(Text(f"{known_phrase(plan.study.known)}."))
     show_test_poses(plan.study, {"": worth}, {})
     out.print(
         f"ρ0 = [bold]{micrometres(worth.rho0)}[/bold]: root mean square position error "
         f"after compensation {where_judged(plan.study)}"
     )
+    for doubt in plan.doubts:
+        out.print(Text(f"Note: {ended(worded(doubt))}", style="yellow"))
     if plan.criterion != RHO0.name:
         out.print(Text(_by_criterion(plan)))
     out.print(Text(certificate_sentence(plan.certificate, plan.count)))

@@ -12,6 +12,7 @@ from elastocal.arrays import Array
 from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, Load
 from elastocal.measuring.instrument import Instrument, LaserTracker
 from elastocal.planning.study_check import Checkup
+from elastocal.study.known import Known
 from elastocal.study.study import Study, TestPose
 from elastocal.study.test_path import TestPath
 from elastocal.terminal.console import numbers, out
@@ -31,7 +32,7 @@ def show_check(study: Study, found: Checkup) -> None:
     for j, joint in enumerate(robot.joints):
         low, high = joint.kind.scale * study.limits[:, j]
         room = f"{low:.6g} … {high:.6g} {joint.kind.shown_unit}"
-        role = "to identify" if joint.name in study.springs.names else "taken as rigid"
+        role = _role(study, joint.name)
         table.add_row(Text(joint.name), joint.kind.moves, room, role)
     out.print(table)
     points = ", ".join(
@@ -45,6 +46,8 @@ def show_check(study: Study, found: Checkup) -> None:
         )
     )
     out.print(Text(f"Load: {_load(e.force, 'N')}; torque: {_load(e.moment, 'N·m')}; base frame"))
+    if study.known is not None:
+        out.print(Text(known_phrase(study.known)))
     for pose in study.test_poses:
         kind = "path" if isinstance(pose, TestPath) else "pose"
         weight = f"weight {pose.weight:g}" if pose.weight else "judged only"
@@ -76,6 +79,24 @@ def show_check(study: Study, found: Checkup) -> None:
         out.print(Text(f"Note: {ended(remark)}", style="yellow"))
     if found.problem is None:
         out.print(f"[green]Identifiable:[/green] {escape(', '.join(study.springs.names))}")
+
+
+def known_phrase(known: Known) -> str:
+    """What is known of further springs, and from where."""
+    names = ", ".join(known.model.names)
+    if known.planned:
+        return f"{names}: known as well as {known.source} promises; errors count in every number"
+    exact = "" if known.uncertain.names else " exactly"
+    return f"{names}: known{exact} from {known.source or 'a model'}; errors count in every number"
+
+
+def _role(study: Study, joint: str) -> str:
+    """What the study does with the compliance of a joint."""
+    if joint in study.springs.names:
+        return "to identify"
+    if study.known is not None and joint in study.known.model.names:
+        return "will be known" if study.known.planned else "known"
+    return "taken as rigid"
 
 
 def instrument_phrase(instrument: Instrument) -> str:

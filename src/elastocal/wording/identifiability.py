@@ -14,7 +14,8 @@ def not_identifiable(doubts: Sequence[Doubt]) -> str:
     return (
         "not identifiable from the allowed experiments: "
         + "; ".join(SENTENCES[doubt.code](doubt) for doubt in doubts)
-        + "; leave such joints out of `identify`, or allow other forces or markers"
+        + "; leave such joints out of `identify` and find them by a second campaign, see 'Joint 1 "
+        "by a second campaign' in docs/how-to-choose.md, or allow other forces or markers"
     )
 
 

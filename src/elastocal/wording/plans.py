@@ -95,6 +95,10 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         doubt, "it claims a standard error of {claimed:.4g} for {} but has {found:.4g}"
     ),
     "claims-criteria": _criteria,
+    "claims-covariance": lambda doubt: (
+        f"it claims a covariance of {' and '.join(doubt.about)} of "
+        f"{doubt.numbers['claimed']:.4g} but has {doubt.numbers['found']:.4g}"
+    ),
     "claims-bound": lambda doubt: _lengths(
         doubt,
         "it claims that no plan is better than {claimed:.6g} mm, but only {found:.6g} mm is "

@@ -37,6 +37,16 @@ def _no_task(doubt: Doubt) -> str:
     )
 
 
+def _rigid_at_test_pose(doubt: Doubt) -> str:
+    is_, its = ("is", "its") if len(doubt.about) == 1 else ("are", "their")
+    poses = "test pose" if len(doubt.because) == 1 else "test poses"
+    return (
+        f"{', '.join(doubt.about)} {is_} taken as rigid, but bent at {poses} "
+        f"{', '.join(map(repr, doubt.because))}: {its} error comes on top of ρ0; a second campaign "
+        "can identify what this one leaves out"
+    )
+
+
 SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     "small-tool": lambda doubt: (
         f"tool {doubt.about[0]!r} is no larger than {_mm(doubt, 'size')}: were metres meant?"
@@ -76,6 +86,7 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         "criterion {0} is that of the paper's Table 1, the largest standard error of a compliance; "
         "what version 0.1.0 called {0} is {1!r}".format(*doubt.about)
     ),
+    "rigid-at-test-pose": _rigid_at_test_pose,
     "name-twice": lambda doubt: f"two obstacles are called {doubt.about[0]!r}",
     "name-of-a-part": lambda doubt: (
         f"obstacle {doubt.about[0]!r} has the name of a part of the robot"

@@ -18,7 +18,7 @@ QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 
 def write_campaigns(found: MonteCarlo, springs: VirtualJoints, path: str | Path) -> None:
-    """Write campaigns.json; `springs` are those that the study identifies."""
+    """Write campaigns.json; `springs` are those that the study fits."""
     document = finite(campaigns_document(found, springs))
     write_text(Path(path), json.dumps(document, indent=2, ensure_ascii=False) + "\n")
 

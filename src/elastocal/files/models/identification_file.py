@@ -13,11 +13,11 @@ from elastocal.study.study import Study
 
 
 def write_identification(
-    study: Study, identification: Identification, out: Path, *models: Path | None
+    study: Study, identification: Identification, out: Path, prior: Path | None = None
 ) -> dict[str, Any]:
-    """Write the model with all that was found out; `models` are the files it rests on besides."""
+    """Write the model with all that was found out; `prior` and what the study knows are named."""
     data, sections = identification.measurements, identification_sections(identification)
-    origin = provenance_section(study, data, *models)
+    origin = provenance_section(study, data, prior)
     how = {"provenance": origin, "sections": sections}
     write_model(identification.model, out, study.robot, **how)
     return model_document(identification.model, study.robot, **how)

@@ -9,15 +9,16 @@ from typing import Any
 from elastocal.files.models.model_file import model_sections
 from elastocal.files.plans.plan_file import study_hash
 from elastocal.measuring.measurements import Measurements
+from elastocal.study.known import Known
 from elastocal.study.study import Study
 
 
-def provenance_section(study: Study, data: Measurements, *models: Path | None) -> dict[str, Any]:
-    """Study, measurements, and the other models that were used; None stands for no model."""
+def provenance_section(study: Study, data: Measurements, prior: Path | None) -> dict[str, Any]:
+    """Study, measurements, and the other models that were used: a prior, what the study knows."""
     return {
         "study": {"name": study.name, "sha256": study_hash(study)},
         "measurements": {"name": data.source, "sha256": data.sha256},
-        "models": _models(models),
+        "models": _models(prior, study.known),
     }
 
 
@@ -27,14 +28,17 @@ def made_from(path: Path, data: Measurements) -> bool:
     return bool(data.sha256) and measurements.get("sha256") == data.sha256
 
 
-def made_with(path: Path, *models: Path | None) -> bool:
+def made_with(path: Path, prior: Path | None, known: Known | None) -> bool:
     """Whether the model in a file says that these and no other models were used."""
-    return bool(model_sections(path).get("provenance", {}).get("models", []) == _models(models))
+    used = model_sections(path).get("provenance", {}).get("models", [])
+    return bool(used == _models(prior, known))
 
 
-def _models(paths: tuple[Path | None, ...]) -> list[dict[str, str]]:
-    return [
-        {"name": path.name, "sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
-        for path in paths
-        if path is not None
-    ]
+def _models(prior: Path | None, known: Known | None) -> list[dict[str, str]]:
+    models = []
+    if prior is not None:
+        sha256 = hashlib.sha256(prior.read_bytes()).hexdigest()
+        models.append({"name": prior.name, "sha256": sha256})
+    if known is not None:
+        models.append({"name": Path(known.source).name, "sha256": known.sha256})
+    return models

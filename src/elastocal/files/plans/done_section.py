@@ -19,13 +19,13 @@ from elastocal.robot.chain import Robot
 from elastocal.study.study import Done
 
 
-def _square(rows: Any) -> list[list[float]]:
+def square(rows: Any) -> list[list[float]]:
     """A symmetric matrix."""
     size = len(rows) if isinstance(rows, list) else 0
     if not size or any(not isinstance(row, list) or len(row) != size for row in rows):
         raise ValueError(" must be as many rows as columns")
     matrix = [[finite(v, 1e30) for v in row] for row in rows]
-    if not np.allclose(matrix, np.transpose(matrix), rtol=1e-6):
+    if not np.allclose(matrix, np.transpose(matrix), rtol=1e-6, atol=0.0):
         raise ValueError(" is not symmetric")
     return matrix
 
@@ -36,7 +36,7 @@ _Text = Annotated[str, BeforeValidator(str)]
 class DoneFile(BaseModel):
     """The section `after`: what was measured before."""
 
-    information_N2m2: Annotated[list[list[float]], BeforeValidator(_square)] = Field(
+    information_N2m2: Annotated[list[list[float]], BeforeValidator(square)] = Field(
         default=None, validate_default=True
     )
     measurements: _Text = ""

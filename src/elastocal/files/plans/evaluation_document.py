@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from elastocal.files.doubt_entries import doubt_entries
+from elastocal.files.plans.covariance_section import covariance_section
 from elastocal.files.plans.path_entries import path_entries
 from elastocal.planning.evaluation import Evaluation
 from elastocal.study.study import Study
@@ -40,6 +41,7 @@ def evaluation_document(
             for name, entry in path_entries(study, worth).items()
         },
         "standard_error": worth.standard_error.tolist(),
+        "covariance": covariance_section(study.fitted, worth.covariance),
         "seen": None if view is None else dict(zip(view.markers, view.seen.tolist(), strict=True)),
         "accepted": evaluation.accepted,
         "objections": [worded(doubt) for doubt in doubts],

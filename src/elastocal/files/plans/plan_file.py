@@ -12,7 +12,10 @@ from typing import Any
 import numpy as np
 
 from elastocal import __version__
+from elastocal.files.doubt_entries import doubt_entries
+from elastocal.files.plans.covariance_section import covariance_section
 from elastocal.files.plans.done_section import done_section
+from elastocal.files.plans.known_section import known_section
 from elastocal.files.plans.load_case_entries import columns, load_case_entries
 from elastocal.files.plans.path_entries import path_entries
 from elastocal.files.plans.proposal_file import bound_key, read_proposal, study_for
@@ -32,6 +35,7 @@ from elastocal.robot.chain import Robot
 from elastocal.robot.joint_kinds import KINDS
 from elastocal.study.criteria import CRITERIA
 from elastocal.study.study import Study
+from elastocal.wording import worded
 
 
 def study_hash(study: Study) -> str:
@@ -128,6 +132,7 @@ def plan_document(plan: Plan) -> dict[str, Any]:
             **{f"{what.replace(' ', '_')}_min": value for what, value in times.minutes.items()},
         },
         **({} if study.done is None else {"after": done_section(robot, study.done)}),
+        **({} if study.known is None else {"known": known_section(robot, study.known)}),
         "rho0_mm": 1e3 * worth.rho0,
         "rho0_each_mm": {
             pose.name: 1e3 * rho
@@ -137,6 +142,9 @@ def plan_document(plan: Plan) -> dict[str, Any]:
         "standard_error": {
             name: {"value": float(error), "unit": kind.compliance} for name, kind, error in errors
         },
+        "covariance": covariance_section(study.fitted, worth.covariance),
+        "remarks": [worded(doubt) for doubt in plan.doubts],
+        "doubts": doubt_entries(plan.doubts),
         "criteria": _criteria(worth.criteria),
         "certificate": _certificate(robot, plan.certificate),
     }

@@ -11,7 +11,9 @@ import numpy as np
 from elastocal.arrays import Array, IntArray
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import PlanFileError
+from elastocal.files.plans.covariance_section import claimed_covariance
 from elastocal.files.plans.done_section import read_done
+from elastocal.files.plans.known_section import read_known
 from elastocal.files.plans.load_case_entries import columns, finite_at, read_load_cases
 from elastocal.files.plans.via_points import VIA, read_via, split_via
 from elastocal.files.tables.csv_table import PLAIN, read_table
@@ -19,7 +21,9 @@ from elastocal.files.texts import json_document, read_text
 from elastocal.planning.remaining import knowing
 from elastocal.robot.chain import Robot
 from elastocal.study.criteria import CRITERIA, RENAMED, RHO0
+from elastocal.study.known import Known
 from elastocal.study.study import Done, Study, with_count
+from elastocal.study.two_steps import with_known
 
 
 @dataclass(frozen=True)
@@ -42,6 +46,7 @@ class Proposal:
         via: Configurations passed on the way, see `motion.Vias`; empty if there are none.
         free_joints: Joints whose values do not matter, empty if not said.
         turns_with_load: Joint that may turn together with the load, empty if not said.
+        known: What it knew of further springs, None if nothing.
     """
 
     name: str
@@ -58,6 +63,7 @@ class Proposal:
     named: str = ""
     path_hashes: dict[str, str] = field(default_factory=dict)
     turns_with_load: str = ""
+    known: Known | None = None
 
     @property
     def count(self) -> int:
@@ -80,6 +86,8 @@ def read_proposal(path: str | Path, study: Study) -> Proposal:
 def study_for(proposal: Proposal, study: Study) -> Study:
     """The study as a plan was made for it: its count, its criterion, what was known before."""
     study = replace(study, criterion=proposal.criterion or study.criterion)
+    if proposal.known is not None and study.known is None:
+        study = with_known(study, proposal.known)
     if proposal.done is not None:
         study = knowing(study, proposal.done)
     return with_count(study, proposal.count, study.experiments.max_configurations)
@@ -134,6 +142,8 @@ def _read_json(text: str, path: Path, robot: Robot) -> Proposal:
         for name, entry in _section(document, "standard_error").items()
         if isinstance(entry, dict)
     }
+    if "covariance" in document:
+        claims["covariance"] = claimed_covariance(document["covariance"], f"{path}: covariance")
     claims["criteria"] = _claimed_criteria(_section(document, "criteria"), path)
     origin = _section(document, "study")
     seed = document.get("seed")
@@ -152,6 +162,7 @@ def _read_json(text: str, path: Path, robot: Robot) -> Proposal:
         named,
         {str(k): str(v) for k, v in _section(origin, "paths_sha256").items()},
         "".join(_free([document.get("turns_with_load")], robot)),
+        read_known(document["known"], robot, f"{path}: known") if "known" in document else None,
     )
 
 

@@ -1,4 +1,4 @@
-"""The study that a plan carries: its text is in plan.json, its robot file beside it."""
+"""The study that a plan carries: text and what was known in plan.json, its robot file beside it."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from pathlib import Path
 
 from elastocal.errors import PlanFileError
 from elastocal.files.plans.proposal_file import document_of
+from elastocal.files.study.known import embedded_known
 from elastocal.files.study.study_file import parse_study
 from elastocal.files.texts import read_text
 from elastocal.study.study import Study
@@ -18,12 +19,13 @@ def embedded_study(plan: Path) -> Study:
         PlanFileError: no study is embedded, or its robot file is another one than it was.
         StudyError: the study cannot be read, or its robot file is not there.
     """
-    origin = document_of(read_text(plan), plan).get("study")
+    document = document_of(read_text(plan), plan)
+    origin = document.get("study")
     origin = origin if isinstance(origin, dict) else {}
     text = origin.get("text", "")
     if not isinstance(text, str) or not text:
         raise PlanFileError(f"{plan}: no study is embedded in this plan; name it with --study")
-    study = parse_study(text, plan)
+    study = parse_study(text, plan, embedded_known(document, plan))
     made_with = origin.get("robot_sha256", "")
     if made_with and made_with != study.robot.sha256:
         raise PlanFileError(

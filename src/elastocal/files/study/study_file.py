@@ -9,12 +9,13 @@ from typing import Literal
 import numpy as np
 from pydantic import Field, ValidationError
 
-from elastocal.elastic.springs import VirtualJoints, merged
+from elastocal.elastic.springs import VirtualJoints, merged, subset
 from elastocal.errors import InputError, StudyError
 from elastocal.files.problems import first_problem
 from elastocal.files.study.constraints import ConstraintsFile, constraints_of, limits_of
 from elastocal.files.study.experiments import ExperimentsFile, experiments_of
 from elastocal.files.study.instrument import InstrumentFile, instrument_of
+from elastocal.files.study.known import KnownOf, known_at
 from elastocal.files.study.obstacles import clearances_of
 from elastocal.files.study.pace import CampaignFile, MotionFile, pace_of
 from elastocal.files.study.prior import PriorFile, prior_of
@@ -36,8 +37,10 @@ from elastocal.files.yaml_lines import Located, LocatedError, at, parse
 from elastocal.robot.chain import Robot
 from elastocal.robot.pose_check import refuse_too_few
 from elastocal.study.criteria import CRITERIA
+from elastocal.study.known import Known
 from elastocal.study.study import NOTHING_TO_PLAN_FOR, Study, TestPose, springs_of
 from elastocal.study.test_path import TestPath
+from elastocal.study.two_steps import with_known
 
 _LARGEST = 1_000_000  # bytes; a study file is a page of text
 
@@ -57,6 +60,7 @@ class StudyFile(Section):
     constraints: ConstraintsFile = Field(default_factory=ConstraintsFile)
     criterion: Name = "test-pose"
     prior: PriorFile | None = None
+    known: Name | None = None
     motion: MotionFile | None = None
     campaign: CampaignFile | None = None
     gravity_m_s2: Vector | None = None
@@ -64,20 +68,24 @@ class StudyFile(Section):
     check_poses: list[CheckPoseFile] = Field(default_factory=list)
 
 
-def read_study(path: str | Path) -> Study:
+def read_study(path: str | Path, known: KnownOf | None = None) -> Study:
     """The study in a file.
+
+    Args:
+        path: The file.
+        known: What is known of further springs, in place of what the file says.
 
     Raises:
         StudyError: the file is wrong; the message names line, key, what was found and expected.
     """
-    return parse_study(read_text(Path(path), largest=_LARGEST), Path(path))
+    return parse_study(read_text(Path(path), largest=_LARGEST), Path(path), known)
 
 
-def parse_study(text: str, path: Path) -> Study:
+def parse_study(text: str, path: Path, known: KnownOf | None = None) -> Study:
     """The study in a text; `path` is for messages and for files named in the study."""
     document = parse(text, path)
     try:
-        return _study(_validated(document), path, text)
+        return _study(_validated(document), path, text, known)
     except LocatedError as error:
         raise StudyError(f"{document.where(error.path)}: {error}") from None
 
@@ -103,7 +111,7 @@ def _validated(document: Located) -> StudyFile:
         raise StudyError(first_problem(document, error, StudyFile)) from None
 
 
-def _study(file: StudyFile, path: Path, text: str) -> Study:
+def _study(file: StudyFile, path: Path, text: str, given: KnownOf | None) -> Study:
     """The study of a validated file; every error knows its place in it."""
     with at("robot"):
         robot = robot_of(file.robot, path)
@@ -111,6 +119,8 @@ def _study(file: StudyFile, path: Path, text: str) -> Study:
         extra = extra_springs(file.springs or {}, robot)
     with at("identify"):
         springs = _springs(robot, file.identify, extra)
+    with at("known"):
+        before = _known(robot, file, path) if given is None else given(robot)
     tools = dict(robot.tools)
     for name, entry in file.tools.items():
         with at("tools", name):
@@ -118,7 +128,7 @@ def _study(file: StudyFile, path: Path, text: str) -> Study:
     poses: list[TestPose | TestPath] = []
     for i, pose in enumerate(file.test_poses):
         with at("test_poses", i):
-            among = Surroundings(robot, springs, tools, path.parent, tuple(poses))
+            among = Surroundings(robot, _fitted(springs, before), tools, path.parent, tuple(poses))
             poses.append(test_pose_of(pose, among))
     _check_names(poses)
     with at("experiments"):
@@ -132,16 +142,16 @@ def _study(file: StudyFile, path: Path, text: str) -> Study:
             ("criterion",),
             f"criterion {file.criterion!r} is not known; expected one of {', '.join(CRITERIA)}",
         )
-    _check_involved(springs, poses)
+    _check_involved(springs, _fitted(springs, before), poses)
     with at("controller"):
         controller = coupling_of(robot, file.controller)
-    known = []
+    shown_poses = []
     for i, shown in enumerate(file.check_poses):
         with at("check_poses", i):
-            known.append(known_pose_of(robot, tools, shown, i))
-    if known:
+            shown_poses.append(known_pose_of(robot, tools, shown, i))
+    if shown_poses:
         with at("check_poses"):
-            refuse_too_few(tuple(known))
+            refuse_too_few(tuple(shown_poses))
     with at("instrument"):
         instrument = instrument_of(file.instrument)
     with at("constraints"):
@@ -165,15 +175,31 @@ def _study(file: StudyFile, path: Path, text: str) -> Study:
             constraints=constraints,
             limits=limits,
             controller=controller,
-            known_poses=tuple(known),
+            known_poses=tuple(shown_poses),
             criterion=file.criterion,
             name=file.name or path.stem,
             text=text,
         )
-    if file.prior is None:
-        return study
-    with at("prior"):
-        return replace(study, prior=prior_of(study, file.prior, path.parent))
+    if file.prior is not None:
+        with at("prior"):
+            study = replace(study, prior=prior_of(study, file.prior, path.parent))
+    with at("known"):
+        return with_known(study, before)
+
+
+def _known(robot: Robot, file: StudyFile, path: Path) -> Known | None:
+    """What the file of the key `known` knows."""
+    if file.known is None:
+        return None
+    return known_at(path.parent / file.known, robot, parse_study, file.known)
+
+
+def _fitted(springs: VirtualJoints, known: Known | None) -> VirtualJoints:
+    """The springs that a study with these to identify will fit."""
+    if known is None:
+        return springs
+    others = [name for name in known.uncertain.names if name not in springs.names]
+    return merged(springs, subset(known.uncertain, others))
 
 
 def _check_names(poses: list[TestPose | TestPath]) -> None:
@@ -202,8 +228,11 @@ def _check_limits(robot: Robot, poses: list[TestPose | TestPath]) -> None:
                 )
 
 
-def _check_involved(springs: VirtualJoints, poses: list[TestPose | TestPath]) -> None:
-    if not any(np.any(pose.regressor) for pose in poses if pose.weight):
+def _check_involved(
+    springs: VirtualJoints, fitted: VirtualJoints, poses: list[TestPose | TestPath]
+) -> None:
+    wanted = [fitted.names.index(name) for name in springs.names]
+    if not any(np.any(pose.regressor[:, wanted]) for pose in poses if pose.weight):
         raise LocatedError(
             ("test_poses",),
             "no test pose involves any of the compliances "

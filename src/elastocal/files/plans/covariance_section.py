@@ -1,0 +1,55 @@
+"""The covariance of compliances by name, as a section of plan.json and of what `evaluate` says."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import BaseModel, BeforeValidator, Field
+
+from elastocal.arrays import Array
+from elastocal.elastic.springs import VirtualJoints
+from elastocal.errors import PlanFileError
+from elastocal.files.plans.done_section import square
+from elastocal.files.plans.load_case_entries import section_at
+
+
+def _names(value: Any) -> list[str]:
+    if not isinstance(value, list) or len({str(name) for name in value}) != len(value):
+        raise ValueError(" must be a list of names, each once")
+    return [str(name) for name in value]
+
+
+class PlanCovarianceFile(BaseModel):
+    """The section `covariance`: SI, in the units of the compliances multiplied."""
+
+    order: Annotated[list[str], BeforeValidator(_names)] = Field(
+        default=None, validate_default=True
+    )
+    matrix: Annotated[list[list[float]], BeforeValidator(square)] = Field(
+        default=None, validate_default=True
+    )
+
+
+def covariance_section(springs: VirtualJoints, covariance: Array) -> dict[str, Any]:
+    """The section `covariance`, of (p, p) in the order of the springs."""
+    return {
+        "order": list(springs.names),
+        "unit": [kind.compliance for kind in springs.kinds],
+        "matrix": covariance.tolist(),
+    }
+
+
+def claimed_covariance(entry: Any, where: str) -> tuple[tuple[str, ...], Array] | None:
+    """Names and matrix of the section as they stand there; None if a plan leaves it open.
+
+    Raises:
+        PlanFileError: it is wrong; names the key.
+    """
+    rows = entry.get("matrix") if isinstance(entry, dict) else None
+    if isinstance(rows, list) and any(isinstance(row, list) and None in row for row in rows):
+        return None  # infinite: the plan does not identify everything, and says so
+    section = section_at(PlanCovarianceFile, entry, where)
+    if len(section.order) != len(section.matrix):
+        raise PlanFileError(f"{where}: order must name each of the {len(section.matrix)} rows")
+    return tuple(section.order), np.array(section.matrix)

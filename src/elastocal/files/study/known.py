@@ -1,0 +1,87 @@
+"""What an earlier campaign found, from its model; or will find, from its plan."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from elastocal.elastic.compliance_model import ComplianceModel
+from elastocal.errors import InputError, PlanFileError
+from elastocal.files.models.model_file import read_model
+from elastocal.files.plans.known_section import read_known
+from elastocal.files.plans.proposal_file import document_of, read_proposal, study_for
+from elastocal.files.texts import read_text
+from elastocal.planning.assessment import assess
+from elastocal.robot.chain import Robot
+from elastocal.study.known import Known
+from elastocal.study.study import Study
+
+KnownOf = Callable[[Robot], Known | None]
+"""What is known of the springs of a robot."""
+
+StudyOf = Callable[[str, Path, KnownOf], Study]
+"""The study in a text, its file, and what it knows."""
+
+
+def known_at(path: Path, robot: Robot, study_of: StudyOf, source: str = "") -> Known:
+    """What a model.json knows, or a plan.json promises, of the springs of `robot`.
+
+    Args:
+        path: The file.
+        robot: The robot.
+        study_of: Reads the study that is embedded in a plan.
+        source: What the file is called; its name if not given.
+
+    Raises:
+        InputError: neither model nor plan, for another robot, or without uncertainty.
+    """
+    text, source = read_text(path), source or path.name
+    sha256 = hashlib.sha256(path.read_bytes()).hexdigest()
+    if path.suffix.lower() == ".csv":
+        raise InputError(f"{path}: expected a model.json or a plan.json, which has its study in it")
+    if _is_plan(text):
+        return Known(_promised(text, path, robot, study_of), True, source, sha256)
+    return Known(read_model(path, robot), False, source, sha256)
+
+
+def embedded_known(document: dict[str, object], path: Path) -> KnownOf:
+    """What the plan.json of a document knew."""
+
+    def known_of(robot: Robot) -> Known | None:
+        if "known" not in document:
+            return None
+        return read_known(document["known"], robot, f"{path}: known")
+
+    return known_of
+
+
+def _is_plan(text: str) -> bool:
+    """Whether a JSON text is meant to be a plan; its reader finds out what is wrong with it."""
+    head = text[:2000].replace(" ", "").replace("\n", "")
+    return text.lstrip().startswith("{") and '"kind":"plan"' in head
+
+
+def _promised(text: str, path: Path, robot: Robot, study_of: StudyOf) -> ComplianceModel:
+    """What a plan promises: covariances recomputed from its study; compliances it knows none."""
+    document = document_of(text, path)
+    section = document.get("study")
+    written = section.get("text") if isinstance(section, dict) else None
+    if not isinstance(written, str) or not written:
+        raise PlanFileError(f"{path}: no study is embedded in this plan; name a model instead")
+    study = study_of(written, path, embedded_known(document, path))
+    same = study.robot.joint_names == robot.joint_names and np.allclose(
+        study.robot.links, robot.links, rtol=0.0, atol=1e-9
+    )
+    if not same:
+        raise PlanFileError(f"{path}: is a plan for another robot, {study.robot.name!r}")
+    proposal = read_proposal(path, study)
+    study = study_for(proposal, study)
+    worth = assess(study, proposal.load_cases, proposal.repeats)
+    if not worth.identifiable:
+        raise PlanFileError(f"{path}: this plan does not identify its compliances")
+    return ComplianceModel(
+        study.fitted, np.zeros(len(study.fitted)), worth.covariance, source=path.name
+    )

@@ -1,0 +1,87 @@
+"""Two steps: a study whose experiments bend springs that an earlier campaign has identified.
+
+In: a study, what is known. Out: the same study with these springs in its design space, their
+information as prior, and test poses that see their errors.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from elastocal.arrays import unset
+from elastocal.elastic.arm import ElasticArm
+from elastocal.elastic.compliance_model import ComplianceModel
+from elastocal.elastic.springs import VirtualJoints, subset
+from elastocal.errors import InputError
+from elastocal.study.known import Known
+from elastocal.study.study import Study, TestPose, test_pose
+from elastocal.study.test_path import TestPath, test_path
+
+
+def with_known(study: Study, known: Known | None) -> Study:
+    """The study that knows what an earlier campaign found, in place of what it knew of others.
+
+    Springs that the study itself identifies are not taken from it.
+
+    Raises:
+        InputError: nothing is known but what the study identifies; a test pose is a matrix, which
+            has no columns for the known springs; the covariance of what is known is singular.
+
+    Source: ours; the information of wanted and known springs adds up over load cases.
+    """
+    if known is None and study.known is None:
+        return study
+    own = study.prior[np.ix_(study.wanted, study.wanted)]
+    if known is not None:
+        known = replace(known, model=_part(known.model, _others(study, known)))
+    bare = replace(study, known=known, prior=unset(), test_poses=())
+    prior = np.array(bare.prior)
+    prior[np.ix_(bare.wanted, bare.wanted)] = own
+    if known is not None:
+        index = [bare.fitted.names.index(name) for name in known.uncertain.names]
+        prior[np.ix_(index, index)] = known.information
+    poses = tuple(_over(study, pose, bare.fitted) for pose in study.test_poses)
+    return replace(bare, prior=prior, test_poses=poses)
+
+
+def _others(study: Study, known: Known) -> tuple[str, ...]:
+    """The springs that are known and not identified."""
+    names = known.model.names
+    others = tuple(name for name in names if name not in study.springs.names)
+    if not others:
+        raise InputError(
+            f"{known.source or 'what is known'}: has no springs but {', '.join(names)}, which the "
+            "study identifies; what is known of these is a prior"
+        )
+    return others
+
+
+def _part(model: ComplianceModel, names: tuple[str, ...]) -> ComplianceModel:
+    """The model of some of its springs."""
+    index = [model.names.index(name) for name in names]
+    return ComplianceModel(
+        subset(model.springs, names),
+        model.compliance[index],
+        model.covariance[np.ix_(index, index)],
+        model.dof,
+        model.source,
+    )
+
+
+def _over(study: Study, pose: TestPose | TestPath, springs: VirtualJoints) -> TestPose | TestPath:
+    """The test pose, or path, with a column for each of other springs."""
+    if isinstance(pose, TestPath):
+        arm = ElasticArm(study.robot, springs, pose.tool, study.gravity)
+        made = test_path(arm, pose.cases, pose.weight, pose.name)
+        return replace(pose, regressors=made.regressors)
+    if pose.case is None or pose.tool is None:
+        if pose.regressor.shape[1] == len(springs):
+            return pose
+        raise InputError(
+            f"test pose {pose.name!r} is a matrix of {pose.regressor.shape[1]} columns; with what "
+            f"is known it needs {len(springs)}, one for each of {', '.join(springs.names)}"
+        )
+    arm = ElasticArm(study.robot, springs, pose.tool, study.gravity)
+    return test_pose(arm, pose.case, pose.weight, pose.name)
