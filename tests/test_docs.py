@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import contextlib
+import json
 import re
 import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from shutil import copyfile
 from typing import NamedTuple
 
 import numpy as np
 import pytest
 import typer
+from typer.testing import CliRunner
 
 import elastocal as ec
 from elastocal.cli import app
@@ -102,6 +106,36 @@ def test_python_runs(block: Block) -> None:
         timeout=300,
     )
     assert done.returncode == 0, done.stderr
+
+
+def test_the_commands_of_two_campaigns_run(tmp_path: Path) -> None:
+    """In a copy of the example; where people measure, the truth is bent by the plan before."""
+    for name in ("study.yaml", "study_a1.yaml", "truth.json"):
+        copyfile(ROOT / "examples" / "kr270" / name, tmp_path / name)
+    (block,) = (b for b in blocks("sh") if "--known" in b.text)
+    lines = [line.split()[1:] for line in block.text.splitlines()]
+    assert [line[0] for line in lines] == ["plan", "identify", "plan", "identify"]
+    for i, line in enumerate(lines):
+        if line[0] == "identify":
+            _, study, measured, *_ = line
+            plan = lines[i - 1][-1]
+            _elastocal(tmp_path, "simulate", study, plan, "--truth", "truth.json", "-o", measured)
+        _elastocal(tmp_path, *line)
+    first, found = (
+        json.loads((tmp_path / name).read_text("utf-8")) for name in ("plan.json", "model.json")
+    )
+    assert first["doubts"][0]["code"] == "rigid-at-test-pose"
+    truth = json.loads((tmp_path / "truth.json").read_text("utf-8"))["compliance"]
+    assert list(found["compliance"]) == list(truth)
+    for name, entry in found["compliance"].items():
+        assert abs(entry["value"] - truth[name]["value"]) < 4.0 * entry["standard_error"]
+
+
+def _elastocal(folder: Path, *arguments: str) -> None:
+    """A command in a folder."""
+    with contextlib.chdir(folder):
+        done = CliRunner().invoke(app, [*arguments])
+    assert done.exit_code == 0, done.output
 
 
 STUDIES = [block for block in blocks("yaml") if "elastocal: 1" in block.text]
