@@ -6,7 +6,7 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.elastic.arm import ElasticArm
-from elastocal.elastic.equilibrium import loaded_deflection
+from elastocal.elastic.deflections import loaded_deflection
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import deflection
 from elastocal.elastic.springs import joint_springs

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from elastocal.arrays import Array
-from elastocal.elastic.equilibrium import loaded_deflection
+from elastocal.elastic.deflections import loaded_deflection
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.springs import joint_springs
 from elastocal.identification.identify import identify

@@ -12,13 +12,8 @@ from hypothesis import strategies as st
 
 from elastocal.arrays import Array
 from elastocal.elastic.arm import ElasticArm
-from elastocal.elastic.equilibrium import (
-    deflection_and_gradient,
-    equilibrium,
-    linearise,
-    loaded_deflection,
-    markers_at,
-)
+from elastocal.elastic.deflections import deflection_and_gradient, loaded_deflection, markers_at
+from elastocal.elastic.equilibrium import equilibrium, linearise
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import deflection
 from elastocal.elastic.springs import VirtualJoints, joint_springs, merged

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from elastocal.elastic.arm import ElasticArm
-from elastocal.elastic.equilibrium import loaded_deflection
+from elastocal.elastic.deflections import loaded_deflection
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import deflection
 from elastocal.planning.plan import plan

@@ -1,7 +1,7 @@
 """Equilibrium: where an elastic arm comes to rest under load.
 
-In: elastic arm, compliances, load cases. Out: spring displacements and marker deflections, exact
-for any size of deflection, with their gradients in the compliances.
+In: elastic arm, compliances, load cases. Out: spring displacements, exact for any size of
+deflection, and where they lead, linearised.
 
 With θ the displacements of the springs, k their compliances and y(q + θ) the generalised forces
 that load and weight exert on them in the bent configuration, the arm rests where
@@ -23,8 +23,7 @@ import numpy as np
 from elastocal.arrays import Array, BoolArray, frozen
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.errors import EquilibriumError
-from elastocal.robot.posture import Posture, cross, dot, velocities
+from elastocal.robot.posture import Posture, cross, dot, flange_axes, velocities
 
 _CHUNK = 2048  # load cases evaluated at once: what stays in the cache
 _MOST_STEPS = 30
@@ -65,6 +64,10 @@ class Linearisation(NamedTuple):
     """(N, 3K) marker positions at the displacements, base frame [m]."""
     velocity: Array
     """(N, 3K, p) their derivative in the displacements."""
+    flange: Array
+    """(N, 3, 3) axes of the flange at the displacements, as columns, base frame."""
+    turning: Array
+    """(N, 3, p) turn of the flange for unit displacements, base frame."""
     stiffening: Array
     """(N, p, p) H: what the springs lose, or gain, in stiffness because the load moves along."""
 
@@ -123,65 +126,6 @@ def equilibrium(arm: ElasticArm, compliance: Array, cases: LoadCases) -> Equilib
     return Equilibrium(frozen(displacement), frozen(converged, np.bool_), frozen(stability))
 
 
-def loaded_deflection(arm: ElasticArm, compliance: Array, cases: LoadCases) -> Array:
-    """(N, 3K) deflection of the markers, loaded minus unloaded, exact for any size [m].
-
-    Unloaded is the arm under the weight of its links alone, if that is known.
-
-    Raises:
-        EquilibriumError: a load case has no stable equilibrium; the message names it.
-    """
-    loaded = _at_rest(arm, compliance, cases)
-    idle = np.zeros_like(loaded)
-    if arm.sags:
-        without = LoadCases(cases.q, np.zeros_like(cases.wrench))
-        idle = _at_rest(arm, compliance, without)
-    return markers_at(arm, cases.q, loaded) - markers_at(arm, cases.q, idle)
-
-
-def deflection_and_gradient(
-    arm: ElasticArm, compliance: Array, cases: LoadCases
-) -> tuple[Array, Array]:
-    """Deflections as `loaded_deflection`, and their derivatives in the compliances.
-
-    Returns:
-        (N, 3K) deflections [m] and (N, 3K, p) derivatives.
-
-    Raises:
-        EquilibriumError: a load case has no stable equilibrium; the message names it.
-    """
-    wrenches = [cases.wrench] + ([np.zeros_like(cases.wrench)] if arm.sags else [])
-    found = []
-    for wrench in wrenches:
-        rest = _at_rest(arm, compliance, LoadCases(cases.q, wrench))
-        here = linearise(arm, compliance, cases.q, wrench, rest)
-        found.append((here.markers, here.velocity @ here.slope))
-    loaded, slope = found[0]
-    if arm.sags:
-        return loaded - found[1][0], slope - found[1][1]
-    flat = np.zeros((len(cases), len(arm.springs)))
-    return loaded - markers_at(arm, cases.q, flat), slope
-
-
-def markers_at(arm: ElasticArm, q: Array, displacement: Array) -> Array:
-    """(N, 3K) marker positions [m] of configurations (N, n) with springs bent by (N, p)."""
-    posture = Posture(arm.chain, arm.bent(q, displacement))
-    points = [posture.point(marker) for marker in arm.tool.markers]
-    return np.concatenate(points).T
-
-
-def _at_rest(arm: ElasticArm, compliance: Array, cases: LoadCases) -> Array:
-    """(N, p) displacements at a stable equilibrium."""
-    rest = equilibrium(arm, compliance, cases)
-    wrong = np.flatnonzero(~rest.stable)
-    if len(wrong):
-        raise EquilibriumError(
-            f"load case {wrong[0] + 1} has no stable equilibrium with these compliances: the "
-            "arm gives way under the load; check the units of compliances and loads"
-        )
-    return rest.displacement
-
-
 def _linearise(
     arm: ElasticArm, compliance: Array, q: Array, wrench: Array, displacement: Array
 ) -> Linearisation:
@@ -222,6 +166,8 @@ def _linearise(
         slope=solved[:, :, 1:],
         markers=np.concatenate(points).T,
         velocity=np.concatenate(given).transpose(2, 0, 1),
+        flange=flange_axes(posture),
+        turning=turns.transpose(2, 0, 1),
         stiffening=slope.transpose(2, 0, 1),
     )
 

@@ -31,7 +31,8 @@ def regressor(arm: ElasticArm, cases: LoadCases, *, rotation: bool = False) -> A
     Args:
         arm: Elastic arm with p springs and K markers; the weight of its links does not count.
         cases: N load cases.
-        rotation: Append the three rotation rows of the flange.
+        rotation: Append the three rotation rows of the flange, whether the tool asks for them
+            or not.
 
     Returns:
         (N, 3K or 3K + 3, p): position rows of each marker [N·m² for angular springs], then
@@ -87,8 +88,8 @@ class Regressor:
 
     Attributes:
         rows: (3K or 3K + 3, p, N): three position rows [N·m² for angular springs] of each of
-            K markers and, if asked for, three rotation rows [N·m]; batch axis last. The rest is
-            kept for `pull`:
+            K markers and, if asked for here or by the tool, three rotation rows [N·m]; batch
+            axis last. The rest is kept for `pull`:
         points: Distinct points of the tool in the flange frame, the load point first [m].
         markers: Which of them each marker is.
         at: Where each of them is, (3, 1, N) [m].
@@ -111,9 +112,11 @@ class Regressor:
             arm: Elastic arm with p springs and K markers.
             posture: Its robot in N configurations.
             wrench: (N, 6) wrench at the load point, base frame [N, N·m].
-            rotation: Append the three rotation rows of the flange body (paper eq. 8).
+            rotation: Append the three rotation rows of the flange body (paper eq. 8), whether
+                the tool asks for them or not.
         """
-        self.posture, self.springs, self.rotation = posture, arm.springs, rotation
+        self.posture, self.springs = posture, arm.springs
+        self.rotation = rotation = rotation or arm.tool.rotation
         self.force, self.moment = wrench.T[:3, None], wrench.T[3:, None]
         self.points, self.markers = _distinct_points(arm.tool)
         self.sliding = arm.springs.prismatic if arm.springs.prismatic.any() else None

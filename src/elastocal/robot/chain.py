@@ -60,6 +60,10 @@ class Joint:
         freeze(self, T_parent_joint=transform, axis=axis / length)
 
 
+ROTATION = "rotation"
+"""What the rotation of the flange is called among the targets of a tool."""
+
+
 @dataclass(frozen=True)
 class Tool:
     """What is mounted on the flange, as points in the flange frame [m].
@@ -71,6 +75,7 @@ class Tool:
         marker_names: K names.
         tcp: (3,) point whose accuracy matters in a test pose; the load point if not given.
         radius: How thick it is between the flange and its points, for collisions [m].
+        rotation: Whether the rotation of the flange is measured or asked for too.
     """
 
     name: str
@@ -79,6 +84,7 @@ class Tool:
     marker_names: tuple[str, ...]
     tcp: Array = field(default_factory=unset)
     radius: float = 0.03
+    rotation: bool = False
 
     def __post_init__(self) -> None:
         tcp = self.tcp if np.size(self.tcp) else self.load_point
@@ -88,11 +94,21 @@ class Tool:
             raise InputError(
                 f"tool {self.name!r}: {len(self.markers)} markers, {len(self.marker_names)} names"
             )
+        if self.rotation and ROTATION in self.marker_names:
+            raise InputError(
+                f"tool {self.name!r}: a marker is called {ROTATION!r}, as the rotation of the "
+                "flange is, which is measured too; give it another name"
+            )
+
+    @property
+    def targets(self) -> tuple[str, ...]:
+        """What an experiment reads: the markers, then the rotation if it is measured."""
+        return (*self.marker_names, ROTATION) if self.rotation else self.marker_names
 
     @property
     def at_tcp(self) -> Tool:
-        """The same tool with its TCP as the one marker."""
-        return replace(self, markers=self.tcp[None], marker_names=("TCP",))
+        """The same tool with its TCP as the one marker, and nothing else to measure."""
+        return replace(self, markers=self.tcp[None], marker_names=("TCP",), rotation=False)
 
 
 @dataclass(frozen=True)

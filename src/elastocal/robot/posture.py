@@ -115,6 +115,11 @@ class Posture:
         return gradient
 
 
+def flange_axes(posture: Posture) -> Array:
+    """(N, 3, 3) axes of the flange in the base frame, as columns."""
+    return np.ascontiguousarray(posture.bodies[-1][:3].transpose(2, 1, 0))
+
+
 def forward_kinematics(robot: Robot, q: Array) -> Array:
     """T_base_flange, (N, 4, 4) [m], of N configurations `q`, (N, n) [rad or m]."""
     posture = Posture(robot, q)

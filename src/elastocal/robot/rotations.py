@@ -56,6 +56,24 @@ def from_rotation_vectors(vectors: Array) -> Array:
     return from_quaternions(np.hstack([np.cos(half), 0.5 * v * np.sinc(half / np.pi)]))
 
 
+def turned_slope(vectors: Array) -> Array:
+    """(N, 3, 3) J with log(exp(dw) exp(v)) = v + J dw to first order, for vectors v (N, 3) [rad].
+
+    The transpose is that of a turn on the other side: log(exp(v) exp(dw)) = v + Jᵀ dw.
+
+    Source: textbook, the inverse of the left Jacobian of SO(3); angles below π.
+    """
+    v = np.asarray(vectors, dtype=float)
+    angle = np.linalg.norm(v, axis=1)
+    small = angle < 1e-2  # the closed form loses digits where the series has them all
+    safe = np.where(small, 1.0, angle)
+    closed = (1.0 - 0.5 * safe / np.tan(0.5 * safe)) / safe**2
+    series = 1.0 / 12.0 + angle**2 / 720.0 + angle**4 / 30240.0
+    cross = _skew(v)
+    factor = np.where(small, series, closed)[:, None, None]
+    return np.asarray(np.eye(3) - 0.5 * cross + factor * (cross @ cross))
+
+
 def zyx_angles(matrices: Array) -> Array:
     """(N, 3) angles A, B, C [rad] with R = Rot_z(A) Rot_y(B) Rot_x(C), as KUKA counts."""
     m = np.asarray(matrices, dtype=float)

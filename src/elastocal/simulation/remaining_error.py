@@ -12,7 +12,7 @@ import numpy as np
 from elastocal.arrays import Array, IntArray
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.compliance_model import ComplianceModel
-from elastocal.elastic.equilibrium import deflection_and_gradient, loaded_deflection
+from elastocal.elastic.deflections import deflection_and_gradient, loaded_deflection
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.study.study import TestPose
 from elastocal.study.test_path import TestPath, mean_rows

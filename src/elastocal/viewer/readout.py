@@ -13,7 +13,8 @@ import numpy as np
 from elastocal.arrays import Array, frozen
 from elastocal.constraints import Constraint, JointLimit
 from elastocal.constraints.view import ViewConstraint
-from elastocal.elastic.equilibrium import equilibrium, markers_at
+from elastocal.elastic.deflections import markers_at
+from elastocal.elastic.equilibrium import equilibrium
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.planning.sensitivity import worth
 from elastocal.robot.chain import Tool
