@@ -81,6 +81,11 @@ Code = Literal[
     "fewer-readings",
     "marker-not-measured",
     "unfinished",
+    "looks-used",
+    "rotations-not-used",
+    "columns-not-used",
+    "rotation-unit",
+    "rotation-sign",
     # of a study
     "small-tool",
     "large-tool",

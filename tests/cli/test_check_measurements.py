@@ -71,4 +71,7 @@ def test_the_example_of_a_mapping_fits_a_tracker_export(tmp_path: Path) -> None:
     assert found.deflection[0] == pytest.approx([2e-4, -3e-4, -3e-3])
     assert found.cases.wrench[0, 2] == pytest.approx(-255 * 9.80665)
     assert found.remarks == ()
-    assert found.doubts == (Doubt("unfinished", (), (), {"experiments": 1, "planned": 12}),)
+    left, rest = found.doubts
+    assert left.code == "columns-not-used"
+    assert "U(95) [mm]" in left.about
+    assert rest == Doubt("unfinished", (), (), {"experiments": 1, "planned": 12})

@@ -37,9 +37,43 @@ def _beyond(doubt: Doubt) -> str:
 
 def _only_noise(doubt: Doubt) -> str:
     deflection, noise = 1e3 * doubt.numbers["deflection"], 1e3 * doubt.numbers["noise"]
+    what, unit = _reading(doubt), "mrad" if doubt.unit else "mm"
     return (
-        f"no deflection is above three times its noise (the largest is {deflection:.3g} mm, with "
-        f"noise of {noise:.3g} mm): were the robot and the gauge as they should be?"
+        f"no {what} is above three times its noise (the largest is {deflection:.3g} {unit}, with "
+        f"noise of {noise:.3g} {unit}): were the robot and the gauge as they should be?"
+    )
+
+
+def _reading(doubt: Doubt) -> str:
+    """What was read."""
+    return "rotation" if doubt.unit == "rad" else "deflection"
+
+
+def _large(doubt: Doubt) -> str:
+    size = f"{doubt.numbers['deflection']:.4g}"
+    if doubt.unit == "rad":
+        return (
+            f"{_experiments(doubt.about)}: the rotation is {size} rad: were milliradians or "
+            "degrees meant, or orientations of different things subtracted?"
+        )
+    return (
+        f"{_experiments(doubt.about)}: the deflection is {size} m: "
+        "were millimetres or micrometres meant, or positions of different points subtracted?"
+    )
+
+
+def _not_used(names: Sequence[str]) -> str:
+    """'columns 'a', 'b' are', as the beginning of a sentence."""
+    quoted = listed([repr(name[:_LONGEST]) for name in names])
+    return f"columns {quoted} are" if len(names) > 1 else f"column {quoted} is"
+
+
+def _rotation_unit(doubt: Doubt) -> str:
+    ratio = doubt.numbers["ratio"]
+    off = f"{ratio:.3g} times too large" if ratio > 1.0 else f"{1.0 / ratio:.3g} times too small"
+    return (
+        f"the rotations are about {off} for the positions beside them: so are {doubt.about[0]} "
+        f"read as {doubt.because[0]}; look at the unit of their columns"
     )
 
 
@@ -67,23 +101,40 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         "the force has one value in some experiments and to the last digit another in the "
         "rest: is the force sensor stuck?"
     ),
-    "large-deflection": lambda doubt: (
-        f"{_experiments(doubt.about)}: the deflection is {doubt.numbers['deflection']:.4g} m: "
-        "were millimetres or micrometres meant, or positions of different points subtracted?"
-    ),
+    "large-deflection": _large,
     "only-noise": _only_noise,
     "against-force": lambda doubt: (
         f"{doubt.numbers['against']} of {doubt.numbers['clear']} deflections go against the force: "
         "were loaded and unloaded exchanged, or the sign of the force?"
     ),
-    "zero-deflection": lambda doubt: f"{_experiments(doubt.about)}: the deflection is exactly zero",
+    "zero-deflection": lambda doubt: (
+        f"{_experiments(doubt.about)}: the {_reading(doubt)} is exactly zero"
+    ),
     "fewer-readings": lambda doubt: (
         f"{_experiments(doubt.about)}: {doubt.numbers['readings']} of up to "
         f"{doubt.numbers['most']} readings that other experiments have"
     ),
-    "marker-not-measured": lambda doubt: f"marker {doubt.about[0]!r} was never measured",
+    "marker-not-measured": lambda doubt: (
+        "the rotation of the flange, which the study measures, was never read"
+        if doubt.unit == "rad"
+        else f"marker {doubt.about[0]!r} was never measured"
+    ),
     "unfinished": lambda doubt: (
         f"{doubt.numbers['experiments']} of the {doubt.numbers['planned']} experiments of the "
         "study are in the file"
+    ),
+    "looks-used": lambda doubt: (
+        f"column {doubt.about[0]!r} looks like {doubt.because[0]} but is not used; its name means "
+        "nothing here"
+    ),
+    "rotations-not-used": lambda doubt: (
+        f"{_not_used(doubt.about)} a rotation and not used, for the study measures positions "
+        "alone; with `measures: pose` and sigma_mrad in its `instrument` they are"
+    ),
+    "columns-not-used": lambda doubt: f"{_not_used(doubt.about)} not used",
+    "rotation-unit": _rotation_unit,
+    "rotation-sign": lambda _: (
+        "the rotations go against the positions: were they taken from loaded to unloaded, or "
+        "those of the frame and not of the tool?"
     ),
 }

@@ -9,6 +9,10 @@ from elastocal.files.tables.units import UNITS, factor, spelled, split_header
 # NIST Special Publication 811, appendix B; a degree is π/180.
 SI = {
     "angle": {"deg": 1.745329252e-2, "°": 1.745329252e-2, "rad": 1.0, "mrad": 1e-3},
+    "rotation": {
+        "mrad": 1e-3, "rad": 1.0, "urad": 1e-6, "µrad": 1e-6,
+        "deg": 1.745329252e-2, "°": 1.745329252e-2,
+    },
     "length": {"mm": 1e-3, "m": 1.0, "cm": 1e-2, "um": 1e-6, "µm": 1e-6, "in": 2.54e-2},
     "force": {"N": 1.0, "kN": 1e3, "daN": 1e1, "kgf": 9.80665, "lbf": 4.448222},
     "torque": {
@@ -17,6 +21,7 @@ SI = {
     },
     "mass": {"kg": 1.0, "g": 1e-3, "t": 1e3, "lb": 0.4535924},
     "covariance": {"mm2": 1e-6, "m2": 1.0, "um2": 1e-12},
+    "covariance of rotations": {"mrad2": 1e-6, "rad2": 1.0, "urad2": 1e-12},
 }  # fmt: skip
 
 

@@ -41,7 +41,7 @@ class Cells:
         path: The file.
         lines: (R,) line of every row.
         headers: Header of every column, by key.
-        numbers: (R,) numbers in SI units, by key.
+        numbers: (R,) numbers in SI units, by key; NaN where an optional cell is empty.
         words: Words, by key.
     """
 
@@ -103,11 +103,17 @@ def _cell_by_cell(table: Layout, columns: dict[str, Column], decimal: str) -> Ce
             if column.meaning.kind:
                 if any(out):  # nobody promises numbers there
                     cells = ["0" if o else cell for o, cell in zip(out, cells, strict=True)]
+                empty = [not cell.strip() for cell in cells] if column.optional else []
+                if any(empty):
+                    cells = ["0" if e else cell for e, cell in zip(empty, cells, strict=True)]
 
                 def where(i: int, at: Sequence[int] = at, column: Column = column) -> str:
                     return f"{table.file.path}, line {at[i]}, column {column.header!r}"
 
-                numbers[key].append(numbers_of(cells, decimal, where, table.file.error))
+                values = numbers_of(cells, decimal, where, table.file.error)
+                if any(empty):
+                    values[empty] = np.nan
+                numbers[key].append(values)
             else:
                 words[key].append(_codes(cells, codes[key]))
     if not lines:

@@ -16,18 +16,63 @@ FORCES = tuple(f"F{axis}" for axis in AXES)
 TORQUES = tuple(f"T{axis}" for axis in AXES)
 MASS = "hanging mass"
 DEFLECTIONS = tuple(f"d{axis}" for axis in AXES)
-UNCERTAINTIES = (("u",), ("ux", "uy", "uz"), ("U95",), ("U95x", "U95y", "U95z"))
-COVARIANCES = ("cxy", "cxz", "cyz")
+ROTATIONS = tuple(f"dr{axis}" for axis in AXES)
+
+
+@dataclass(frozen=True)
+class Triple:
+    """Three columns that are one reading, and those that may say how certain it is.
+
+    Attributes:
+        what: What is read, in words.
+        values: The columns.
+        uncertainties: Columns with its uncertainty: one of these kinds.
+        covariances: Columns with the covariances of its axes.
+        unit: Unit in which people read them; a thousandth of the SI unit.
+        covariance_unit: That of the covariances.
+    """
+
+    what: str
+    values: tuple[str, ...]
+    uncertainties: tuple[tuple[str, ...], ...]
+    covariances: tuple[str, ...]
+    unit: str
+    covariance_unit: str
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """All of them."""
+        return (*self.values, *(n for kind in self.uncertainties for n in kind), *self.covariances)
+
+
+POSITION = Triple(
+    "deflection",
+    DEFLECTIONS,
+    (("u",), ("ux", "uy", "uz"), ("U95",), ("U95x", "U95y", "U95z")),
+    ("cxy", "cxz", "cyz"),
+    "mm",
+    "mm2",
+)
+ROTATION = Triple(
+    "rotation",
+    ROTATIONS,
+    (("ur",), ("urx", "ury", "urz"), ("U95r",), ("U95rx", "U95ry", "U95rz")),
+    ("crxy", "crxz", "cryz"),
+    "mrad",
+    "mrad2",
+)
 _KINDS: dict[str, str] = {
     **dict.fromkeys(FORCES, "force"),
     **dict.fromkeys(TORQUES, "torque"),
     MASS: "mass",
     **dict.fromkeys(DEFLECTIONS, "length"),
     **dict.fromkeys(AXES, "length"),
-    **{name: "length" for names in UNCERTAINTIES for name in names},
-    **dict.fromkeys(COVARIANCES, "covariance"),
+    **dict.fromkeys(ROTATION.columns, "rotation"),
+    **{name: "length" for names in POSITION.uncertainties for name in names},
+    **dict.fromkeys(POSITION.covariances, "covariance"),
+    **dict.fromkeys(ROTATION.covariances, "covariance of rotations"),
 }
-_CASE_MATTERS = {"u", "ux", "uy", "uz"}
+_CASE_MATTERS = {"u", "ux", "uy", "uz", "ur", "urx", "ury", "urz"}
 """A capital U is an expanded uncertainty by custom, so it must not pass for a standard one."""
 
 
@@ -63,6 +108,7 @@ class Column:
         header: Its header, for messages.
         factor: From its unit to SI.
         unit: Its unit.
+        optional: Whether its cells may be empty, where nothing was read.
     """
 
     meaning: Meaning
@@ -70,6 +116,7 @@ class Column:
     header: str
     factor: float = 1.0
     unit: str = ""
+    optional: bool = False
 
 
 def meanings(robot: Robot) -> dict[str, Meaning]:
@@ -88,8 +135,16 @@ def meaning_named(name: str, robot: Robot) -> Meaning | None:
     return next((m for m in known.values() if _places(m, [name], known)), None)
 
 
-def columns_by_name(header: Sequence[str], robot: Robot, where: str) -> dict[str, Column]:
+def columns_by_name(
+    header: Sequence[str], robot: Robot, where: str, *, rotation: bool = True
+) -> dict[str, Column]:
     """The columns of a canonical file, by key; columns that mean nothing here are left out.
+
+    Args:
+        header: Headers of the file.
+        robot: Whose joints it has.
+        where: Place of the header, for messages.
+        rotation: Whether rotations mean something.
 
     Raises:
         MeasurementFileError: two columns for one quantity; a unit missing or of the wrong kind.
@@ -99,7 +154,7 @@ def columns_by_name(header: Sequence[str], robot: Robot, where: str) -> dict[str
     parts = [split_header(cell) for cell in header]
     names = [name for name, _ in parts]
     _check_capitals(header, names, known, where)
-    for meaning in _needed(known, names):
+    for meaning in _needed(known, names, rotation=rotation):
         places = _places(meaning, names, known)
         if not places:
             continue
@@ -140,17 +195,20 @@ def _check_capitals(
     exact = {m.name for m in known.values()}
     for cell, name in zip(header, names, strict=True):
         if name.lower() in _CASE_MATTERS and name not in exact:
+            r = "r" if name.lower().startswith("ur") else ""
+            unit = (ROTATION if r else POSITION).unit
             raise MeasurementFileError(
-                f"{where}: column {cell!r} is ambiguous; write 'u [mm]' for standard or "
-                "'U95 [mm]' for expanded uncertainties (k = 2), per axis"
+                f"{where}: column {cell!r} is ambiguous; write 'u{r} [{unit}]' for standard or "
+                f"'U95{r} [{unit}]' for expanded uncertainties (k = 2), per axis"
             )
 
 
-def _needed(known: dict[str, Meaning], names: Sequence[str]) -> list[Meaning]:
-    """All quantities but positions that no column `state` makes sense of."""
+def _needed(known: dict[str, Meaning], names: Sequence[str], *, rotation: bool) -> list[Meaning]:
+    """All quantities but rotations nobody reads, and positions that no `state` makes sense of."""
     states = any(name.lower() == "state" for name in names)
     deflections = any(name.lower() in DEFLECTIONS for name in names)
     without = set(AXES) if deflections and not states else set()
+    without |= set() if rotation else set(ROTATION.columns)
     return [meaning for key, meaning in known.items() if key not in without]
 
 

@@ -22,6 +22,8 @@ from elastocal.files.measurements.columns import (
     DEFLECTIONS,
     FORCES,
     MASS,
+    POSITION,
+    ROTATION,
     TORQUES,
     Column,
     columns_by_name,
@@ -38,6 +40,7 @@ from elastocal.files.measurements.uncertainty import kind_of_uncertainty, matric
 from elastocal.files.measurements.writing import write_measurements
 from elastocal.files.tables.decoding import decoded
 from elastocal.files.tables.layout import Layout, Style, layout
+from elastocal.files.tables.units import split_header
 from elastocal.measuring.measurements import Measurements
 from elastocal.robot.chain import Robot, Tool
 from elastocal.robot.posture import Posture
@@ -45,6 +48,7 @@ from elastocal.study.study import Study
 
 __all__ = ["read_measurements", "write_measurements"]
 
+_TURNS = frozenset(ROTATION.columns)
 _CHUNK = 50_000  # experiments; bounds the memory for body frames
 
 
@@ -74,7 +78,11 @@ def read_measurements(
     if foreign:
         columns = mapped_columns(tables, foreign)
     else:
-        columns = [columns_by_name(t.header, study.robot, _header_of(t)) for t in tables]
+        turns = study.experiments.tool.rotation
+        columns = [
+            columns_by_name(t.header, study.robot, _header_of(t), rotation=turns) for t in tables
+        ]
+    columns, free, turned = _of_use(tables, columns, study)
     _check_columns(tables, columns, study, foreign)
     table = combined(
         [read_cells(t, c, style.decimal) for t, c in zip(tables, columns, strict=True)]
@@ -85,13 +93,15 @@ def read_measurements(
     found = _measurements(table, study, foreign)
     odd = [file.remark for file in files if file.remark]
     odd += [t.remark for t in tables if t.remark]
-    odd += () if foreign else unused(_free(tables, columns))
     return replace(
         found,
         source=", ".join(map(str, paths)) + (f" through {foreign.path}" if foreign else ""),
         sha256=_digest([f.sha256 for f in files] + ([foreign.sha256] if foreign else [])),
         remarks=(*odd, *found.remarks),
-        doubts=doubts(found, study, units),
+        doubts=(
+            *unused(free, turned, chosen=foreign is not None),
+            *doubts(found, study, units),
+        ),
     )
 
 
@@ -104,6 +114,29 @@ def _digest(digests: Sequence[str]) -> str:
 
 def _header_of(table: Layout) -> str:
     return f"{table.file.path}, line {table.first}"
+
+
+def _of_use(
+    tables: Sequence[Layout], columns: Sequence[dict[str, Column]], study: Study
+) -> tuple[list[dict[str, Column]], list[str], set[str]]:
+    """The columns that this study reads, the headers that it does not, rotations among these.
+
+    Where rotations are measured, a row may lack the rotation, or have it alone.
+    """
+    turns, found = study.experiments.tool.rotation, []
+    turned = {c.header for some in columns for c in some.values() if c.meaning.key in _TURNS}
+    may_lack = {*POSITION.columns, *_TURNS} if turns else set()
+    for some in columns:
+        bare = {key: key.split("@")[0] for key in some}
+        found.append(
+            {
+                key: replace(column, optional=bare[key] in may_lack)
+                for key, column in some.items()
+                if turns or bare[key] not in _TURNS
+            }
+        )
+    free = _free(tables, found)
+    return found, free, {n for n in free if n in turned or split_header(n)[0] in _TURNS}
 
 
 def _check_columns(
@@ -122,7 +155,10 @@ def _check_columns(
     free = _free(tables, columns)
     for twice, why in (
         ((MASS, *FORCES), "a hanging mass and a force exclude each other"),
-        (("state", *DEFLECTIONS), "a deflection has no state, it is loaded minus unloaded"),
+        (
+            ("state", *DEFLECTIONS, *ROTATION.values),
+            "a deflection has no state, it is loaded minus unloaded",
+        ),
     ):
         also = [key for key in twice[1:] if key in found]
         if twice[0] in found and also:
@@ -133,7 +169,12 @@ def _check_columns(
     wanted += ["marker"] * many + [f"q:{joint.name}" for joint in robot.joints]
     wanted += [MASS] if MASS in found else FORCES
     wanted += TORQUES if found & set(TORQUES) else ()
-    wanted += AXES if "state" in found else DEFLECTIONS
+    turned = found & set(ROTATION.values)
+    wanted += ROTATION.values if turned else ()
+    if "state" in found:
+        wanted += AXES
+    elif found & set(DEFLECTIONS) or not turned:
+        wanted += DEFLECTIONS
     problem = missing(wanted, found, free, robot)
     if problem:
         if "state" not in found and found >= set(AXES) and not found & set(DEFLECTIONS):
@@ -141,7 +182,8 @@ def _check_columns(
                 "column 'state' is missing; positions x, y, z need it to tell loaded from unloaded"
             )
         raise MeasurementFileError(f"{where}: {problem}")
-    kind_of_uncertainty(found, where)
+    for of in (POSITION, ROTATION):
+        kind_of_uncertainty(found, where, of)
 
 
 def _free(tables: Sequence[Layout], columns: Sequence[dict[str, Column]]) -> list[str]:
@@ -162,16 +204,13 @@ def _measurements(table: Table, study: Study, mapping: FieldMapping | None) -> M
     table = kept(table, keep) if not keep.all() else table
     loaded = chosen_word(table, "state", _STATES) if "state" in table.words else None
     marker = markers(table, tool)
-    own = kind_of_uncertainty(table.numbers, "")
     grouping = grouped(table, study.robot, loaded, study.gravity)
     if mapping and mapping.controller:
         grouping = replace(grouping, cases=_from_controller(grouping.cases, study))
     if loaded is None:
-        readings = deflections(table, grouping, marker, own, tool)
+        readings = deflections(table, grouping, marker, tool)
     else:
-        readings = differences(
-            table, grouping, marker, own, tool, loaded, _names_of(left_out, tool)
-        )
+        readings = differences(table, grouping, marker, tool, loaded, _names_of(left_out, tool))
     said = list(grouping.remarks)
     if not (mapping and mapping.controller) and not study.coupling.is_identity:
         said.append(
@@ -184,11 +223,7 @@ def _measurements(table: Table, study: Study, mapping: FieldMapping | None) -> M
             "left out"
         )
     turn = mapping.rotation if mapping and mapping.rotation is not None else np.eye(3)
-    if readings.six is not None:
-        covariance = turn @ matrices(readings.six) @ turn.T
-    else:
-        points = _points(study.robot, tool, grouping.cases, readings)
-        covariance = study.instrument.covariance(points) * readings.weight[:, None, None]
+    covariance = _covariance(study, grouping.cases, readings, turn)
     return Measurements(
         tool,
         grouping.cases,
@@ -200,6 +235,28 @@ def _measurements(table: Table, study: Study, mapping: FieldMapping | None) -> M
         own_uncertainty=readings.six is not None,
         remarks=(*said, *readings.remarks),
     )
+
+
+def _covariance(study: Study, cases: LoadCases, readings: Readings, turn: Array) -> Array:
+    """(R, 3, 3) covariances in the base frame: of the readings, or of the instrument for others."""
+    if readings.six is not None:
+        own = turn @ matrices(readings.six) @ turn.T
+        given = np.isfinite(readings.six).all(axis=1)
+        if given.all():
+            return np.asarray(own)
+    tool, instrument = study.experiments.tool, study.instrument
+    covariance = np.zeros((len(readings.case), 3, 3))
+    turned = readings.marker == len(tool.markers)
+    if not turned.all():
+        points = _points(study.robot, tool, cases, readings)[~turned]
+        covariance[~turned] = instrument.covariance(points)
+    if turned.any():
+        assert instrument.sigma_rotation is not None
+        covariance[turned] = instrument.sigma_rotation**2 * np.eye(3)
+    covariance *= readings.weight[:, None, None]
+    if readings.six is not None:
+        covariance[given] = own[given]
+    return covariance
 
 
 def _from_controller(cases: LoadCases, study: Study) -> LoadCases:
@@ -226,7 +283,7 @@ def _points(robot: Robot, tool: Tool, cases: LoadCases, readings: Readings) -> A
     for start in range(0, len(cases), _CHUNK):
         rows = np.flatnonzero((readings.case >= start) & (readings.case < start + _CHUNK))
         posture = Posture(robot, cases.q[start : start + _CHUNK])
-        for k in np.unique(readings.marker[rows]):
+        for k in range(len(tool.markers)):
             mine = rows[readings.marker[rows] == k]
             points[mine] = posture.point(tool.markers[k])[:, readings.case[mine] - start].T
     return points

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Container
-from dataclasses import dataclass
+from collections.abc import Container, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from elastocal.arrays import Array, BoolArray, IntArray
 from elastocal.errors import MeasurementFileError
-from elastocal.files.measurements.columns import AXES, DEFLECTIONS
+from elastocal.files.measurements.columns import AXES, POSITION, ROTATION, Triple
 from elastocal.files.measurements.experiments import Grouping
-from elastocal.files.measurements.table import Table
-from elastocal.files.measurements.uncertainty import averaged, variances
+from elastocal.files.measurements.table import Table, kept
+from elastocal.files.measurements.uncertainty import averaged, kind_of_uncertainty, variances
 from elastocal.robot.chain import Tool
 
 
@@ -22,9 +22,10 @@ class Readings:
 
     Attributes:
         case: (R,) experiment.
-        marker: (R,) marker.
-        deflection: (R, 3) in the frame of the file [m].
-        six: (R, 6) their own variances and covariances [m²]; None if they have none.
+        marker: (R,) target: marker, or the rotation behind them.
+        deflection: (R, 3) in the frame of the file [m], rotations [rad].
+        six: (R, 6) their own variances and covariances [m², rad²]; None if none has any, NaN
+            where a reading has none.
         weight: (R,) variance over that of one loaded minus one unloaded reading.
         remarks: What is odd.
     """
@@ -65,18 +66,58 @@ def _place(name: str, known: tuple[str, ...]) -> int:
     return alike[0] if len(alike) == 1 else -1
 
 
-def deflections(
-    table: Table, grouping: Grouping, marker: IntArray, own: tuple[str, ...], tool: Tool
-) -> Readings:
-    """Readings of a table that has deflections.
+def deflections(table: Table, grouping: Grouping, marker: IntArray, tool: Tool) -> Readings:
+    """Readings of a table that has deflections, rotations or both.
+
+    An experiment has one rotation, however many markers: it may stand in any of its rows.
 
     Raises:
-        MeasurementFileError: a marker of an experiment is there twice, with other values.
+        MeasurementFileError: a marker of an experiment, or its rotation, is there twice with other
+            values; a row in which nothing is read, or only some of three axes.
     """
-    values = table.vectors(DEFLECTIONS)
-    remarks = _repeated(table, values)
-    six = variances(table, own) if own else None
-    key = grouping.codes * len(tool.marker_names) + marker
+    found, nothing = [], np.ones(table.rows, dtype=bool)
+    for of in (POSITION, ROTATION):
+        if not table.has(*of.values):
+            continue
+        read = _is_read(table, of)
+        nothing &= ~read
+        target = marker if of is POSITION else np.full(table.rows, len(tool.markers))
+        if not read.all():
+            codes = replace(grouping, codes=grouping.codes[read])
+            found.append(_read(kept(table, read), codes, target[read], tool, of))
+        else:
+            found.append(_read(table, grouping, target, tool, of))
+    if nothing.any():
+        raise MeasurementFileError(
+            f"{table.where(int(nothing.argmax()))}: the row has neither a deflection nor a rotation"
+        )
+    return found[0] if len(found) == 1 else _together(found)
+
+
+def _is_read(table: Table, of: Triple) -> BoolArray:
+    """(R,) rows with such a reading; its cells are empty in the others.
+
+    Raises:
+        MeasurementFileError: some of the three cells are empty.
+    """
+    empty = np.isnan(table.vectors(of.values))
+    some = np.flatnonzero(empty.any(axis=1) & ~empty.all(axis=1))
+    if len(some):
+        row = int(some[0])
+        lacking = of.values[int(empty[row].argmax())]
+        raise MeasurementFileError(
+            f"{table.where(row, lacking)}: the cell is empty; expected a number, or all three of "
+            f"{', '.join(of.values)} empty where nothing was read"
+        )
+    return np.asarray(~empty[:, 0])
+
+
+def _read(table: Table, grouping: Grouping, target: IntArray, tool: Tool, of: Triple) -> Readings:
+    """Readings of one kind, of which every row has one."""
+    values, own = table.vectors(of.values), kind_of_uncertainty(table.numbers, "", of)
+    remarks = _repeated(table, values) if of is POSITION else []
+    six = variances(table, own, of) if own else None
+    key = grouping.codes * len(tool.targets) + target
     first, group = np.unique(key, return_index=True, return_inverse=True)[1:]
     again = np.flatnonzero(first[group] != np.arange(len(key)))
     keep = np.ones(len(key), dtype=bool)
@@ -87,20 +128,20 @@ def deflections(
             other |= (six[again] != six[before]).any(axis=1)
         if other.any():
             row, old = int(again[other.argmax()]), int(before[other.argmax()])
+            named = f"experiment {grouping.names[grouping.codes[row]]!r}"
+            what = f"marker {tool.targets[target[row]]!r}" if of is POSITION else "its rotation"
             raise MeasurementFileError(
-                f"{table.where(row)}: experiment {grouping.names[grouping.codes[row]]!r}, marker "
-                f"{tool.marker_names[marker[row]]!r} was given in "
-                f"{table.line(old, row)} with another deflection; a repetition needs an "
-                "experiment name of its own"
+                f"{table.where(row)}: {named}, {what} was given in {table.line(old, row)} with "
+                f"another {of.what}; a repetition needs an experiment name of its own"
             )
         keep[again] = False
+        once = "repeated exactly" if of is POSITION else "with a rotation that another row has"
         remarks = [
-            f"{_rows(len(again))} repeated exactly, first at {table.where(int(again[0]))}; "
-            "counted once"
+            f"{_rows(len(again))} {once}, first at {table.where(int(again[0]))}; counted once"
         ]
     return Readings(
         grouping.codes[keep],
-        marker[keep],
+        target[keep],
         values[keep],
         None if six is None else six[keep],
         np.ones(int(keep.sum())),
@@ -108,11 +149,25 @@ def deflections(
     )
 
 
+def _together(parts: Sequence[Readings]) -> Readings:
+    """Positions and rotations, experiment by experiment; uncertainties that only some have: NaN."""
+    sixes = [np.full((len(p.case), 6), np.nan) if p.six is None else p.six for p in parts]
+    case, marker = (np.concatenate([getattr(p, n) for p in parts]) for n in ("case", "marker"))
+    order = np.argsort(case, kind="stable")
+    return Readings(
+        case[order],
+        marker[order],
+        np.concatenate([p.deflection for p in parts])[order],
+        None if all(p.six is None for p in parts) else np.concatenate(sixes)[order],
+        np.concatenate([p.weight for p in parts])[order],
+        tuple(remark for p in parts for remark in p.remarks),
+    )
+
+
 def differences(
     table: Table,
     grouping: Grouping,
     marker: IntArray,
-    own: tuple[str, ...],
     tool: Tool,
     loaded: BoolArray,
     excused: Container[tuple[str, str]],
@@ -126,7 +181,6 @@ def differences(
         table: Rows with positions.
         grouping: Their experiments.
         marker: (R,) their markers.
-        own: Columns with uncertainties.
         tool: The tool with the markers.
         loaded: (R,) whether a row was read under load.
         excused: Experiments and markers of rows left out as invalid; what they leave without its
@@ -135,7 +189,7 @@ def differences(
     Raises:
         MeasurementFileError: loaded without unloaded or the reverse.
     """
-    values = table.vectors(AXES)
+    values, own = table.vectors(AXES), kind_of_uncertainty(table.numbers, "", POSITION)
     key = grouping.codes * len(tool.marker_names) + marker
     pairs, first, group = np.unique(key, return_index=True, return_inverse=True)
     sides = []
@@ -144,7 +198,7 @@ def differences(
         total = np.stack(
             [np.bincount(group[rows], values[rows, k], len(pairs)) for k in range(3)], axis=1
         )
-        six = averaged(variances(table, own)[rows], group[rows], count) if own else None
+        six = averaged(variances(table, own, POSITION)[rows], group[rows], count) if own else None
         sides.append((count, total / np.maximum(count, 1)[:, None], six))
     (n_on, on, six_on), (n_off, off, six_off) = sides
     alone = np.flatnonzero((n_on == 0) | (n_off == 0))

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from elastocal.arrays import Array, BoolArray
 from elastocal.errors import Doubt
+from elastocal.files.measurements.rotation_scale import rotations_unlike_positions
 from elastocal.files.tables.units import factor, split_header
-from elastocal.measuring.measurements import Measurements
+from elastocal.measuring.measurements import Measurements, Quantity
 from elastocal.study.study import Study
 
 _LARGE = 0.1  # m; no arm that works bends so far
@@ -30,19 +31,30 @@ def doubts(found: Measurements, study: Study, units: dict[str, str]) -> tuple[Do
         *_joints(found, study, units),
         *_loads(found, study),
         *_deflections(found),
+        *rotations_unlike_positions(found, study, units),
         *_counts(found, study),
     )
 
 
-def unused(headers: Sequence[str]) -> tuple[str, ...]:
-    """A sentence on columns that are not used although they look as if they should be."""
+def unused(headers: Sequence[str], turned: Container[str], *, chosen: bool) -> tuple[Doubt, ...]:
+    """What is said of columns that are not used, those first that look as if they should be.
+
+    Args:
+        headers: Their headers.
+        turned: Those of rotations: of no use where positions alone are measured.
+        chosen: Whether a mapping left them out; then no column looks like what it is not used for.
+    """
+    parts = {name: split_header(name) for name in headers}
+    rotations = tuple(name for name in parts if name in turned)
     looks = {
-        name: kind for name in headers if (kind := _looks_like(*split_header(name))) is not None
+        name: kind
+        for name, part in parts.items()
+        if not chosen and name not in rotations and (kind := _looks_like(*part)) is not None
     }
-    return tuple(
-        f"column {name!r} looks like {kind} but is not used; its name means nothing here"
-        for name, kind in looks.items()
-    )
+    others = tuple(name for name in parts if name not in rotations and name not in looks)
+    found = [Doubt("rotations-not-used", rotations)] if rotations else []
+    found += [Doubt("looks-used", (name,), (kind,)) for name, kind in looks.items()]
+    return (*found, *([Doubt("columns-not-used", others)] if others else []))
 
 
 def _looks_like(name: str, unit: str | None) -> str | None:
@@ -107,28 +119,40 @@ def _sensor_is_stuck(force: Array) -> bool:
 
 
 def _deflections(found: Measurements) -> Iterator[Doubt]:
-    size = np.linalg.norm(found.deflection, axis=1)
-    if not len(size):
-        return
-    large = np.asarray(size > _LARGE)
+    for kind in found.quantities:
+        yield from _of_kind(found, kind)
+
+
+def _of_kind(found: Measurements, kind: Quantity) -> Iterator[Doubt]:
+    """What looks odd in the positions, or in the rotations."""
+    size, own = np.linalg.norm(found.deflection, axis=1), kind.readings
+    unit = "" if kind.unit == "m" else kind.unit
+    large = np.asarray(own & (size > _LARGE))
     if large.any():
         first = {"deflection": float(size[large][0])}
-        yield Doubt("large-deflection", _named(found, _cases_of(found, large)), numbers=first)
+        names = _named(found, _cases_of(found, large))
+        yield Doubt("large-deflection", names, numbers=first, unit=unit)
     noise = np.sqrt(np.einsum("rii->r", found.covariance))
-    clear = size >= _NOTHING_BUT_NOISE * noise
+    clear = own & (size >= _NOTHING_BUT_NOISE * noise)
     if not clear.any():
-        largest = int(size.argmax())
+        largest = int(np.where(own, size, -1.0).argmax())
         sizes = {"deflection": float(size[largest]), "noise": float(noise[largest])}
-        yield Doubt("only-noise", numbers=sizes)
+        yield Doubt("only-noise", numbers=sizes, unit=unit)
         return
+    still = np.asarray(own & ~found.deflection.any(axis=1))
+    if kind.unit == "m":
+        yield from _against_force(found, size > _NOTHING_BUT_NOISE * noise)
+    if still.any():
+        yield Doubt("zero-deflection", _named(found, _cases_of(found, still)), unit=unit)
+
+
+def _against_force(found: Measurements, clear: BoolArray) -> Iterator[Doubt]:
+    """Most of the deflections that are `clear`, (R,), go against the force."""
     along = np.einsum("rc,rc->r", found.deflection, found.cases.wrench[found.case, :3])
-    along = along[(size > _NOTHING_BUT_NOISE * noise) & (along != 0.0)]
+    along = along[~found.rotations & clear & (along != 0.0)]
     if len(along) >= 3 and (along < 0.0).mean() > 0.8:
         counts = {"against": int((along < 0.0).sum()), "clear": len(along)}
         yield Doubt("against-force", numbers=counts)
-    still = np.asarray(~found.deflection.any(axis=1))
-    if still.any():
-        yield Doubt("zero-deflection", _named(found, _cases_of(found, still)))
 
 
 def _counts(found: Measurements, study: Study) -> Iterator[Doubt]:
@@ -137,9 +161,10 @@ def _counts(found: Measurements, study: Study) -> Iterator[Doubt]:
         fewer = per_case < per_case.max()
         counts = {"readings": int(per_case[fewer][0]), "most": int(per_case.max())}
         yield Doubt("fewer-readings", _named(found, fewer), numbers=counts)
-    unseen = sorted(set(range(len(found.tool.markers))) - set(np.unique(found.marker).tolist()))
+    unseen = sorted(set(range(len(found.tool.targets))) - set(np.unique(found.marker).tolist()))
     if unseen:
-        yield Doubt("marker-not-measured", (found.tool.marker_names[unseen[0]],))
+        unit = "rad" if unseen[0] == len(found.tool.markers) else ""
+        yield Doubt("marker-not-measured", (found.tool.targets[unseen[0]],), unit=unit)
     if len(found.cases) < study.experiments.count:
         counts = {"experiments": len(found.cases), "planned": study.experiments.count}
         yield Doubt("unfinished", numbers=counts)

@@ -6,7 +6,7 @@ import numpy as np
 
 from elastocal.arrays import Array, IntArray
 from elastocal.errors import MeasurementFileError
-from elastocal.files.measurements.columns import COVARIANCES, UNCERTAINTIES
+from elastocal.files.measurements.columns import Triple
 from elastocal.files.measurements.table import Table
 
 COVERAGE = 2.0
@@ -14,14 +14,14 @@ COVERAGE = 2.0
 _SIX = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
-def kind_of_uncertainty(keys: object, where: str) -> tuple[str, ...]:
-    """The columns with uncertainties, () if there are none.
+def kind_of_uncertainty(keys: object, where: str, of: Triple) -> tuple[str, ...]:
+    """The columns with uncertainties of a reading, () if there are none.
 
     Raises:
         MeasurementFileError: some of three axes, or more than one kind.
     """
     assert hasattr(keys, "__contains__")
-    found = [names for names in UNCERTAINTIES if any(name in keys for name in names)]
+    found = [names for names in of.uncertainties if any(name in keys for name in names)]
     if len(found) > 1:
         raise MeasurementFileError(
             f"{where}: columns {found[0][0]!r} and {found[1][0]!r} both give an uncertainty; "
@@ -31,18 +31,25 @@ def kind_of_uncertainty(keys: object, where: str) -> tuple[str, ...]:
     absent = [name for name in names if name not in keys]
     if absent:
         raise MeasurementFileError(
-            f"{where}: column '{absent[0]} [mm]' is missing beside those of the other axes"
+            f"{where}: column '{absent[0]} [{of.unit}]' is missing beside those of the other axes"
         )
-    crossed = [name for name in COVARIANCES if name in keys]
-    if crossed and (len(crossed) < 3 or names != UNCERTAINTIES[1]):
+    crossed = [name for name in of.covariances if name in keys]
+    axes = of.uncertainties[1]
+    if crossed and (len(crossed) < 3 or names != axes):
+        *most, last = *axes, *of.covariances
         raise MeasurementFileError(
-            f"{where}: column {crossed[0]!r} needs all of ux, uy, uz, cxy, cxz and cyz"
+            f"{where}: column {crossed[0]!r} needs all of {', '.join(most)} and {last}"
         )
     return names
 
 
-def variances(table: Table, names: tuple[str, ...]) -> Array:
-    """(R, 6) variances xx, yy, zz and covariances xy, xz, yz of every row [m²].
+def variances(table: Table, names: tuple[str, ...], of: Triple) -> Array:
+    """(R, 6) variances xx, yy, zz and covariances xy, xz, yz of every row [m² or rad²].
+
+    Args:
+        table: Rows that all have such a reading.
+        names: Columns with its uncertainties.
+        of: What is read.
 
     Raises:
         MeasurementFileError: an uncertainty that is not positive, by row and column.
@@ -53,21 +60,22 @@ def variances(table: Table, names: tuple[str, ...]) -> Array:
         wrong = np.flatnonzero(~(table.numbers[name] > 0.0))
         if len(wrong):
             row = int(wrong[0])
+            value = table.numbers[name][row]
+            found = "the cell is empty" if np.isnan(value) else f"found {1e3 * value:g} {of.unit}"
             raise MeasurementFileError(
-                f"{table.where(row, name)}: an uncertainty must be positive, found "
-                f"{1e3 * table.numbers[name][row]:g} mm"
+                f"{table.where(row, name)}: an uncertainty must be positive, {found}"
             )
     for axis in range(3):
         six[:, axis] = (scale * table.numbers[names[axis % len(names)]]) ** 2
-    if table.has(*COVARIANCES):
-        for i, key in enumerate(COVARIANCES):
+    if table.has(*of.covariances):
+        for i, key in enumerate(of.covariances):
             six[:, 3 + i] = table.numbers[key]
-        _check_positive(six, table)
+        _check_positive(six, table, of)
     return six
 
 
 def matrices(six: Array) -> Array:
-    """(R, 3, 3) covariances of (R, 6) [m²]."""
+    """(R, 3, 3) covariances of (R, 6) [m² or rad²]."""
     result = np.empty((len(six), 3, 3))
     for k, (i, j) in enumerate(_SIX):
         result[:, i, j] = result[:, j, i] = six[:, k]
@@ -75,7 +83,7 @@ def matrices(six: Array) -> Array:
 
 
 def six_of(covariance: Array) -> Array:
-    """(R, 6) of (R, 3, 3) covariances [m²]."""
+    """(R, 6) of (R, 3, 3) covariances [m² or rad²]."""
     return np.stack([covariance[:, i, j] for i, j in _SIX], axis=1)
 
 
@@ -85,12 +93,18 @@ def averaged(six: Array, group: IntArray, count: IntArray) -> Array:
     return np.asarray(total / np.maximum(count, 1)[:, None] ** 2)
 
 
-def _check_positive(six: Array, table: Table) -> None:
+def _check_positive(six: Array, table: Table, of: Triple) -> None:
     scale = np.sqrt(six[:, :3])
     unit = matrices(six) / (scale[:, :, None] * scale[:, None, :])
+    empty = np.flatnonzero(np.isnan(unit).any(axis=(1, 2)))
+    if len(empty):
+        row = int(empty[0])
+        name = next(n for n in of.covariances if np.isnan(table.numbers[n][row]))
+        raise MeasurementFileError(f"{table.where(row, name)}: the cell is empty")
     wrong = np.flatnonzero(~(np.linalg.eigvalsh(unit)[:, 0] > 1e-9))
     if len(wrong):
+        cross, axes = of.covariances, of.uncertainties[1]
         raise MeasurementFileError(
-            f"{table.where(int(wrong[0]))}: cxy, cxz and cyz do not fit to ux, uy and uz; their "
-            "matrix must be positive definite"
+            f"{table.where(int(wrong[0]))}: {cross[0]}, {cross[1]} and {cross[2]} do not fit to "
+            f"{axes[0]}, {axes[1]} and {axes[2]}; their matrix must be positive definite"
         )

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
-from elastocal.arrays import Array
-from elastocal.files.measurements.columns import COVARIANCES, DEFLECTIONS, FORCES, TORQUES
+from elastocal.arrays import Array, BoolArray
+from elastocal.files.measurements.columns import (
+    FORCES,
+    POSITION,
+    ROTATION,
+    TORQUES,
+    Triple,
+)
 from elastocal.files.measurements.uncertainty import six_of
 from elastocal.files.texts import write_text
 from elastocal.measuring.measurements import Measurements
@@ -19,8 +26,8 @@ from elastocal.robot.chain import Robot
 def write_measurements(measurements: Measurements, robot: Robot, path: str | Path) -> None:
     """Write the canonical file: one row for each reading, deflections, degrees and millimetres.
 
-    Uncertainties are written if the readings have their own; otherwise those of the instrument
-    hold, which the study knows.
+    Rotations stand in the first row of their experiment. Uncertainties are written if the readings
+    have their own; otherwise those of the instrument hold, which the study knows.
 
     Args:
         measurements: What to write.
@@ -35,33 +42,68 @@ def write_measurements(measurements: Measurements, robot: Robot, path: str | Pat
     if m.cases.wrench[:, 3:].any():
         header += [f"{name} [N.m]" for name in TORQUES]
         columns.append(m.cases.wrench[:, 3:])
-    names, noise = _noise_columns(m)
-    header += [f"{name} [mm]" for name in DEFLECTIONS] + names
+    parts = [_columns(m, POSITION, ~m.rotations)]
+    if m.tool.rotation:
+        parts.append(_columns(m, ROTATION, m.rotations))
+    header += [name for names, _ in parts for name in names]
     cases = [",".join(f"{v + 0.0:.12g}" for v in row) for row in np.hstack(columns).tolist()]
-    values = np.hstack([1e3 * m.deflection, noise]).tolist()
     out = io.StringIO()
     out.write("# elastocal measurements, version 1\n")
     csv.writer(out, lineterminator="\n").writerow(header)
     experiment = [_quoted(name) for name in m.names]
     marker = [_quoted(name) for name in m.tool.marker_names]
-    for i, k, row in zip(m.case.tolist(), m.marker.tolist(), values, strict=True):
-        numbers = ",".join(f"{v + 0.0:.10g}" for v in row)
-        out.write(f"{experiment[i]},{marker[k]},{cases[i]},{numbers}\n")
+    blank = [",".join([""] * len(names)) for names, _ in parts]
+    cells = [
+        [",".join(f"{v + 0.0:.10g}" for v in row) for row in rows.tolist()] for _, rows in parts
+    ]
+    for i, k, *readings in _rows(m):
+        found = (
+            none if reading is None else some[reading]
+            for reading, some, none in zip(readings, cells, blank, strict=False)
+        )
+        out.write(f"{experiment[i]},{marker[k]},{cases[i]},{','.join(found)}\n")
     write_text(Path(path), out.getvalue())
 
 
-def _noise_columns(m: Measurements) -> tuple[list[str], Array]:
+def _rows(m: Measurements) -> Iterator[tuple[int, int, int | None, int | None]]:
+    """Experiment and marker of each row, and the readings it has: a position, a rotation.
+
+    A rotation without a position in its experiment has a row of its own.
+    """
+    case, target = m.case.tolist(), m.marker.tolist()
+    waiting: dict[int, list[int]] = {}
+    for reading in np.flatnonzero(m.rotations).tolist():
+        waiting.setdefault(case[reading], []).append(reading)
+    for reading in np.flatnonzero(~m.rotations).tolist():
+        rotations = waiting.get(case[reading])
+        yield case[reading], target[reading], reading, rotations.pop(0) if rotations else None
+    for i, rotations in waiting.items():
+        for reading in rotations:
+            yield i, 0, None, reading
+
+
+def _columns(m: Measurements, of: Triple, own: BoolArray) -> tuple[list[str], Array]:
+    """Headers, and (R, k) values of all readings, of which only the `own` are of this kind."""
+    names, noise = _noise_columns(m, of, own)
+    return [f"{name} [{of.unit}]" for name in of.values] + names, np.hstack(
+        [1e3 * m.deflection, noise]
+    )
+
+
+def _noise_columns(m: Measurements, of: Triple, own: BoolArray) -> tuple[list[str], Array]:
     """Headers and (R, k) values of the uncertainties: one per reading, three, or all six."""
-    if not (m.own_uncertainty and len(m)):
+    if not (m.own_uncertainty and own.any()):
         return [], np.zeros((len(m), 0))
     six = six_of(m.covariance)
     u = 1e3 * np.sqrt(six[:, :3])
-    if six[:, 3:].any():
-        header = ["ux [mm]", "uy [mm]", "uz [mm]", *(f"{name} [mm2]" for name in COVARIANCES)]
+    one, three = of.uncertainties[:2]
+    header = [f"{name} [{of.unit}]" for name in three]
+    if six[own, 3:].any():
+        header += [f"{name} [{of.covariance_unit}]" for name in of.covariances]
         return header, np.hstack([u, 1e6 * six[:, 3:]])
-    if np.ptp(u, axis=1).any():
-        return ["ux [mm]", "uy [mm]", "uz [mm]"], u
-    return ["u [mm]"], u[:, :1]
+    if np.ptp(u[own], axis=1).any():
+        return header, u
+    return [f"{one[0]} [{of.unit}]"], u[:, :1]
 
 
 def _quoted(name: str) -> str:

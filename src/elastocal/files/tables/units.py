@@ -13,6 +13,14 @@ STANDARD_GRAVITY = 9.80665  # m/s²
 
 UNITS: dict[str, dict[str, float]] = {
     "angle": {"deg": np.pi / 180.0, "°": np.pi / 180.0, "rad": 1.0, "mrad": 1e-3},
+    "rotation": {
+        "mrad": 1e-3,
+        "rad": 1.0,
+        "urad": 1e-6,
+        "µrad": 1e-6,
+        "deg": np.pi / 180.0,
+        "°": np.pi / 180.0,
+    },
     "length": {"mm": 1e-3, "m": 1.0, "cm": 1e-2, "um": 1e-6, "µm": 1e-6, "in": 0.0254},
     "force": {
         "N": 1.0,
@@ -35,6 +43,7 @@ UNITS: dict[str, dict[str, float]] = {
     },
     "mass": {"kg": 1.0, "g": 1e-3, "t": 1e3, "lb": 0.45359237},
     "covariance": {"mm2": 1e-6, "m2": 1.0, "um2": 1e-12},
+    "covariance of rotations": {"mrad2": 1e-6, "rad2": 1.0, "urad2": 1e-12},
 }
 """Factor to SI of every unit, by kind of quantity. N.m, N·m and N*m are the same."""
 
