@@ -10,7 +10,7 @@ import pytest
 from elastocal.arrays import Array
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.compliance_model import ComplianceModel
-from elastocal.elastic.equilibrium import loaded_deflection
+from elastocal.elastic.deflections import loaded_deflection
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import regressor
 from elastocal.elastic.springs import VirtualJoints, joint_springs, merged

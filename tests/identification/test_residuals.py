@@ -33,9 +33,14 @@ def found(sigma: str = "known") -> Identification:
     return identify(study.arm, data, Fit(sigma=sigma), known=truth)  # type: ignore[arg-type]
 
 
+def typical(found: Identification) -> float:
+    """Standard deviation of a coordinate of the positions [m]."""
+    return found.measurements.noise_of(found.measurements.quantities[0])
+
+
 def test_noise_as_promised_or_as_estimated() -> None:
     sigma = kr270_study().sigma
-    assert found().measurements.noise == pytest.approx(sigma)
+    assert typical(found()) == pytest.approx(sigma)
     np.testing.assert_allclose(found().measurements.deviation, sigma)
     assert found().noise_factor == 1.0
     np.testing.assert_allclose(twice_the_noise(found()), 2.0 * sigma)
@@ -46,7 +51,7 @@ def test_noise_as_promised_or_as_estimated() -> None:
 
 def test_share_inside_counts_coordinates() -> None:
     one = found()
-    sigma = one.measurements.noise
+    sigma = typical(one)
     residual = np.zeros_like(one.residual)
     residual[0, 0], residual[3, 2], residual[4, 1] = 2.1 * sigma, -2.1 * sigma, 1.9 * sigma
     assert share_inside(replace(one, residual=residual)) == pytest.approx(1.0 - 2.0 / residual.size)
@@ -54,7 +59,7 @@ def test_share_inside_counts_coordinates() -> None:
 
 def test_left_out_residuals_are_averaged_over_the_coordinates_of_an_experiment() -> None:
     one = found()
-    sigma = one.measurements.noise
+    sigma = typical(one)
     left_out = np.zeros_like(one.left_out)
     left_out[1] = sigma * np.array([1.0, 2.0, 2.0])
     size = left_out_rms(replace(one, left_out=left_out))
@@ -73,7 +78,7 @@ def test_quantiles_have_the_order_statistics_of_the_textbook() -> None:
     count = one.residual.size
     told = residual_quantiles(one)
     assert told is not None
-    freedom = one.measurements.noise * np.sqrt(one.dof / count)
+    freedom = typical(one) * np.sqrt(one.dof / count)
     np.testing.assert_allclose(told.found, np.sort(one.residual.ravel()) / freedom)
     for k in (1, 7, count):
         spread = stats.beta(k, count - k + 1)

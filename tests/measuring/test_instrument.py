@@ -13,7 +13,13 @@ from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import Regressor, regressor
 from elastocal.elastic.springs import joint_springs
 from elastocal.errors import InputError
-from elastocal.measuring.instrument import PRESETS, Instrument, Isotropic, LaserTracker
+from elastocal.measuring.instrument import (
+    PRESETS,
+    Instrument,
+    Isotropic,
+    LaserTracker,
+    PoseProbe,
+)
 from elastocal.planning.assessment import assess
 from elastocal.planning.plain_values import simplify
 from elastocal.robot.posture import Posture
@@ -27,6 +33,8 @@ TRACKER = LaserTracker(np.array([3.0, 0.4, 1.2]), 5e-6, 1.5e-7, 7.5e-6, 3e-6)
 NEAR = LaserTracker(np.array([1.0, -0.5, 0.7]), 4e-6, 5e-6, 2e-5, 8e-6)
 INSTRUMENTS: dict[str, Instrument] = {
     "isotropic": Isotropic(3e-5), "tracker": TRACKER, "tracker among the poses": NEAR,
+    "pose probe": PoseProbe(Isotropic(3e-5), 5e-5),
+    "pose probe of a tracker": PoseProbe(NEAR, 2e-4),
 }  # fmt: skip
 GRADIENT = 1e-8
 
@@ -36,10 +44,14 @@ def test_whitened_noise_is_of_unit_size(name: str) -> None:
     """W covariance Wᵀ = I, at every marker by itself."""
     instrument, rng = INSTRUMENTS[name], np.random.default_rng(0)
     points = [rng.uniform(-4.0, 4.0, (3, 6)) for _ in range(2)]
-    unit = np.tile(np.vstack([np.eye(3)] * 2)[:, :, None], (1, 1, 6))
+    each = instrument.covariances(np.stack(points, axis=1).T)
+    targets = 2 if instrument.sigma_rotation is None else 3
+    assert each.shape == (6, targets, 3, 3)
+    unit = np.tile(np.vstack([np.eye(3)] * targets)[:, :, None], (1, 1, 6))
     white, _ = instrument.whiten(unit, points)
-    for k, point in enumerate(points):
-        covariance = instrument.covariance(point.T)
+    for k in range(targets):
+        covariance = each[:, k]
+        assert k == 2 or np.array_equal(covariance, instrument.covariance(points[k].T))
         for i in range(6):
             root = white[3 * k : 3 * k + 3, :, i]
             assert root @ covariance[i] @ root.T == pytest.approx(np.eye(3), abs=1e-12)
@@ -51,6 +63,7 @@ def test_gradient_of_whitened_rows(name: str, slides: list[bool]) -> None:
     """Through the rows and through the place of the markers, several of them."""
     rng = np.random.default_rng(1)
     robot, tool = random_chain(rng, slides), random_tool(rng, 3)
+    tool = replace(tool, rotation=INSTRUMENTS[name].sigma_rotation is not None)
     n = len(slides)
     force, moment = (FixedVector(rng.normal(size=3)) for _ in range(2))
     limits = np.tile([[-3.0], [3.0]], n)

@@ -21,7 +21,7 @@ from elastocal.fitting.least_squares import one_of
 from elastocal.identification.batch import Design, fit_all
 from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
-from elastocal.measuring.instrument import LaserTracker
+from elastocal.measuring.instrument import LaserTracker, PoseProbe
 from elastocal.robot.shapes import BodyMass
 from elastocal.simulation.monte_carlo import CHUNK, Campaigns, MonteCarlo, campaigns
 from elastocal.simulation.remaining_error import errors_left, judge
@@ -58,8 +58,15 @@ def odd_study() -> Study:
     )
 
 
+def odd_poses() -> Study:
+    """The same with the rotation of the flange."""
+    return replace(odd_study(), instrument=PoseProbe(odd_study().instrument, 8e-5))
+
+
 @pytest.mark.parametrize("how", FITS, ids=lambda how: f"{how.model}, {how.sigma}")
-@pytest.mark.parametrize("study", [STUDY, odd_study()], ids=["plain", "odd"])
+@pytest.mark.parametrize(
+    "study", [STUDY, odd_study(), odd_poses()], ids=["plain", "odd", "odd poses"]
+)
 def test_the_batch_is_the_same_estimator_as_identify(study: Study, how: Fit) -> None:
     """Estimate, covariance, chi-square: campaign by campaign to 1e-10."""
     cases, repeats = published_cases(4), np.array([3, 1, 5, 2])

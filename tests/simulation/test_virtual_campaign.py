@@ -10,7 +10,7 @@ import pytest
 
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.compliance_model import ComplianceModel
-from elastocal.elastic.equilibrium import loaded_deflection, markers_at
+from elastocal.elastic.deflections import loaded_deflection, markers_at
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import deflection
 from elastocal.elastic.springs import joint_springs

@@ -24,12 +24,12 @@ class Design:
     """What C campaigns have in common.
 
     Attributes:
-        arm: Robot with the c springs that bend, and the tool with K markers.
+        arm: Robot with the c springs that bend, and the tool with T targets.
         free: (p,) positions of the fitted springs.
         start: (c,) compliances; those of the free springs do not count.
         cases: S load cases, as recorded.
         case: (N,) load case of each experiment.
-        covariance: (S, K, 3, 3) of the readings [m²].
+        covariance: (S, T, 3, 3) of the readings [m², rad²].
         linear: Whether the model is the regressor, or else the nonlinear equilibrium.
         known: (E, p) rows with unit noise of what is known before each campaign; none if not given.
     """
@@ -46,7 +46,7 @@ class Design:
     @property
     def dof(self) -> int:
         """Degrees of freedom of the residuals."""
-        read = 3 * len(self.case) * len(self.arm.tool.markers)
+        read = 3 * len(self.case) * len(self.arm.tool.targets)
         return read + len(self.known) - len(self.free)
 
     @property
@@ -55,7 +55,7 @@ class Design:
         return np.bincount(self.case, minlength=len(self.cases))
 
     def problem(self, mean: Array, before: Array | None = None) -> Problem:
-        """To fit (C, S, K, 3) means over the repeats of each load case [m].
+        """To fit (C, S, T, 3) means over the repeats of each load case [m, rad].
 
         `before` are (C, p) compliances as they were known before; only the rows of `known` count.
         """
@@ -97,7 +97,7 @@ def fit_all(design: Design, readings: Array, before: Array | None = None) -> Est
 
     Args:
         design: What the campaigns have in common.
-        readings: (C, N, K, 3) deflections read [m].
+        readings: (C, N, T, 3) deflections read [m, rad].
         before: (C, p) compliances as each campaign knew them before; see `Design.known`.
 
     Raises:

@@ -140,16 +140,17 @@ def _nonlinear(found: Identification) -> Iterator[Doubt]:
     if not found.how.linear:
         return
     # The fit of the paper: say so where the deflections are large enough to matter.
-    size = float(np.linalg.norm(found.measurements.deflection, axis=1).max(initial=0.0))
+    data = found.measurements
+    size = float(np.linalg.norm(data.deflection[~data.rotations], axis=1).max(initial=0.0))
     if size > _LARGE:
         yield Doubt("linear-model", numbers={"deflection": size})
 
 
 def _readings(found: Identification, readings: IntArray) -> tuple[str, ...]:
-    """Names of readings: of the experiment, and of the marker if there are several."""
+    """Names of readings: of the experiment, and of what was read if there are several targets."""
     data = found.measurements
     names = [data.names[i] for i in data.case[readings]]
-    if len(data.tool.markers) == 1:
+    if len(data.tool.targets) == 1:
         return tuple(names)
-    markers = [data.tool.marker_names[m] for m in data.marker[readings]]
-    return tuple(f"{name}/{marker}" for name, marker in zip(names, markers, strict=True))
+    targets = [data.tool.targets[m] for m in data.marker[readings]]
+    return tuple(f"{name}/{target}" for name, target in zip(names, targets, strict=True))

@@ -15,7 +15,8 @@ import numpy as np
 
 from elastocal.arrays import Array, IntArray
 from elastocal.elastic.arm import ElasticArm
-from elastocal.elastic.equilibrium import LOST, Linearisation, linearise, markers_at
+from elastocal.elastic.deflections import markers_at, rotations
+from elastocal.elastic.equilibrium import LOST, Linearisation, linearise
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import regressor
 from elastocal.errors import InputError
@@ -33,13 +34,13 @@ class Problem:
     """What is to be fitted: C campaigns that differ in what was read.
 
     Attributes:
-        arm: Robot with all c springs that bend, identified or not, and the tool with K markers.
+        arm: Robot with all c springs that bend, identified or not, and the tool with T targets.
         free: (p,) positions of the fitted ones.
         start: (c,) compliances of all springs; those of the free ones do not count.
         cases: N load cases.
-        marker: (R,) marker of each reading among the N · K of all load cases.
-        deflection: (C, R, 3) deflections read [m].
-        covariance: (R, 3, 3) of each [m²].
+        marker: (R,) target of each reading among the N · T of all load cases.
+        deflection: (C, R, 3) deflections read [m, rad].
+        covariance: (R, 3, 3) of each [m², rad²].
         extra_rows: (E, p) further rows, such as a prior's.
         extra_values: (C or 1, E) their values.
         nonnegative: Whether compliances below zero are ruled out.
@@ -150,7 +151,7 @@ class _Linear:
         self.gradient = np.concatenate(parts)
 
     def at(self, compliance: Array) -> tuple[Array, Array]:
-        """(C, N, 3K) deflections and (1, N, 3K, c) gradients for compliances (C, c)."""
+        """(C, N, 3T) deflections and (1, N, 3T, c) gradients for compliances (C, c)."""
         deflection = self.gradient.reshape(-1, compliance.shape[1]) @ compliance.T
         return deflection.T.reshape(len(compliance), *self.gradient.shape[:2]), self.gradient[None]
 
@@ -182,13 +183,12 @@ class _Bent:
         self.moves: list[Linearisation] = []
 
     def at(self, compliance: Array) -> tuple[Array, Array]:
-        """(C, N, 3K) deflections and (C, N, 3K, c) gradients, to first order about the states."""
+        """(C, N, 3T) deflections and (C, N, 3T, c) gradients, to first order about the states."""
         each = _each(compliance[:, None], 1, len(self.unloaded))
         self.moves = [
             linearise(self.arm, each, self.q, wrench, state)
             for wrench, state in zip(self.wrenches, self.states, strict=True)
         ]
-        apart = (len(compliance), *self.unloaded.shape)
         moved = [m.markers + np.einsum("nmp,np->nm", m.velocity, m.step) for m in self.moves]
         gradients = [m.velocity @ m.slope for m in self.moves]
         if self.arm.sags:
@@ -198,7 +198,19 @@ class _Bent:
                 moved[0] - np.tile(self.unloaded, (len(compliance), 1)),
                 gradients[0],
             )
+        if self.arm.tool.rotation:
+            turned, slope = self._turned()
+            deflection = np.hstack([deflection, turned])
+            gradient = np.concatenate([gradient, slope], axis=1)
+        apart = (len(compliance), len(self.unloaded), deflection.shape[1])
         return deflection.reshape(apart), gradient.reshape(*apart, -1)
+
+    def _turned(self) -> tuple[Array, Array]:
+        """(C N, 3) rotations of the flange and their (C N, 3, c) gradients, to first order."""
+        vectors, each = rotations(self.arm, self.q, self.moves)
+        parts = list(zip(each, self.moves, strict=True))
+        ahead = sum(np.einsum("nmp,np->nm", rows, move.step) for rows, move in parts)
+        return vectors + ahead, np.asarray(sum(rows @ move.slope for rows, move in parts))
 
     def advance(self, step: Array) -> None:
         """Move the states to first order for steps (C, c) of the compliances."""

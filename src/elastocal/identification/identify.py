@@ -90,16 +90,16 @@ def identify(
         lack_of_fit=lack_of_fit(
             found.residual,
             problem.noise[0],
-            measurements.cases.distinct[measurements.case] * len(measurements.tool.markers)
+            measurements.cases.distinct[measurements.case] * len(measurements.tool.targets)
             + measurements.marker,
             len(fitted) - len(problem.extra_rows),
             misfit,
         ),
-        residual=frozen(_in_metres(problem, found.residual)),
+        residual=frozen(_with_unit(problem, found.residual)),
         weight=frozen(found.weight),
         influence=influences[0],
         configuration_influence=influences[1],
-        left_out=frozen(_in_metres(problem, left_out)),
+        left_out=frozen(_with_unit(problem, left_out)),
         held=tuple(n for n, h in zip(fitted, found.fit.held, strict=True) if h),
         triangle=found.fit.triangle,
         variance=variance,
@@ -142,7 +142,7 @@ def _problem(
         free=np.array(free),
         start=start,
         cases=measurements.cases,
-        marker=measurements.case * len(measurements.tool.markers) + measurements.marker,
+        marker=measurements.case * len(measurements.tool.targets) + measurements.marker,
         deflection=measurements.deflection[None],
         covariance=measurements.covariance,
         extra_rows=rows,
@@ -209,6 +209,6 @@ def _influences(
     ), left_out
 
 
-def _in_metres(problem: Problem, residual: Array) -> Array:
-    """(R, 3) residuals [m] of residuals over the noise."""
+def _with_unit(problem: Problem, residual: Array) -> Array:
+    """(R, 3) residuals [m, rad] of residuals over the noise."""
     return np.einsum("rij,rj->ri", problem.noise[0], residual)

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from elastocal.arrays import Array, BoolArray
-from elastocal.elastic.equilibrium import deflection_and_gradient
+from elastocal.elastic.deflections import deflection_and_gradient
 from elastocal.elastic.regressor import regressor
 from elastocal.identification.result import Identification
 from elastocal.measuring.measurements import Measurements, chosen
@@ -29,8 +29,8 @@ def left_out_covariance(found: Identification, keep: BoolArray | None = None) ->
         keep: (N,) experiments that are wanted; all without it.
 
     Returns:
-        (R, 3, 3) of the readings of these experiments [m²]; infinite where nothing is known of a
-        compliance without the experiment.
+        (R, 3, 3) of the readings of these experiments [m², rad²]; infinite where nothing is known
+        of a compliance without the experiment.
 
     Source: ours; the fit without group g has the information M - M_g.
     """
@@ -78,5 +78,5 @@ def _rows(found: Identification, data: Measurements) -> Array:
         gradient = regressor(arm, data.cases)
     else:
         gradient = deflection_and_gradient(arm, found.model.compliance, data.cases)[1]
-    shape = (len(data.cases), len(data.tool.markers), 3, -1)
+    shape = (len(data.cases), len(data.tool.targets), 3, -1)
     return gradient.reshape(shape)[data.case, data.marker]

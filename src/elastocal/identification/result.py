@@ -31,11 +31,11 @@ class Identification:
         chi_square: Sum of the squared residuals over their variances, promised ones.
         dof: Degrees of freedom: coordinates read, less unknowns.
         lack_of_fit: What repeats say of the model; None without repeats.
-        residual: (R, 3) measured minus modelled deflections [m].
+        residual: (R, 3) measured minus modelled deflections [m, rad].
         weight: (R,) weights that a robust loss gave to the readings, 1 at most.
         influence: Of every experiment.
         configuration_influence: Of every distinct load case.
-        left_out: (R, 3) residuals of every reading when its experiment is left out [m].
+        left_out: (R, 3) residuals of every reading when its experiment is left out [m, rad].
         held: Names held at zero by `nonnegative`.
         triangle: (f, f) upper triangular R with RᵀR the information.
         variance: Variance of the estimate over that of this information.

@@ -13,12 +13,12 @@ import numpy as np
 from elastocal.arrays import Array, BoolArray, frozen
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.compliance_model import ComplianceModel
-from elastocal.elastic.equilibrium import deflection_and_gradient
+from elastocal.elastic.deflections import deflection_and_gradient
 from elastocal.errors import Doubt, InputError
 from elastocal.fitting.goodness import SURE, p_value_chi_square, quantile
 from elastocal.identification.leave_one_out import left_out_covariance
 from elastocal.identification.result import Identification
-from elastocal.measuring.measurements import Measurements
+from elastocal.measuring.measurements import Measurements, Quantity
 
 
 @dataclass(frozen=True)
@@ -27,11 +27,11 @@ class Validation:
 
     Attributes:
         measurements: The readings.
-        before: (R, 3) measured deflections: the error without a model [m].
-        after: (R, 3) measured minus predicted deflections: the error with it [m].
+        before: (R, 3) measured deflections: the error without a model [m, rad].
+        after: (R, 3) measured minus predicted deflections: the error with it [m, rad].
         deviation: (R, 3) standard deviation with which the model expects `after`: noise of the
-            reading and uncertainty of the compliances [m].
-        half_width: (R, 3) half widths of the prediction intervals [m].
+            reading and uncertainty of the compliances [m, rad].
+        half_width: (R, 3) half widths of the prediction intervals [m, rad].
         confidence: Their confidence.
         chi_square: Kept aside: `after`, squared in units of the joint covariance of all readings,
             which share the error of the model. Left out in turn: that of the fit, over the noise
@@ -77,17 +77,25 @@ class Validation:
         """Whether the errors are larger than noise and covariance explain."""
         return self.p_value < SURE
 
-    def by_experiment(self, error: Array) -> Array:
-        """(N,) root mean square over the readings of each experiment of errors (R, 3) [m]."""
-        return self.measurements.by_experiment(error)
+    def by_experiment(self, error: Array, kind: Quantity) -> Array:
+        """(N,) root mean square over each experiment's readings of a kind of errors (R, 3)."""
+        return self.measurements.by_experiment(error, kind)
+
+    def sizes(self, kind: Quantity) -> tuple[Summary, Summary]:
+        """Sizes of the errors of a kind before and after [its unit]."""
+        own = kind.readings
+        return summary(self.before[own]), summary(self.after[own])
 
 
 def doubts_of_validation(validation: Validation) -> tuple[Doubt, ...]:
     """What should make one doubt the model."""
-    after, before = (validation.by_experiment(e) for e in (validation.after, validation.before))
-    names = validation.measurements.names
-    worse = tuple(n for n, a, b in zip(names, after, before, strict=True) if a > b)
-    doubts = [Doubt("worse-with-model", worse)] if worse else []
+    data = validation.measurements
+    worse: list[str] = []
+    for kind in data.quantities:
+        errors = (validation.by_experiment(e, kind) for e in (validation.after, validation.before))
+        suffix = "" if kind.unit == "m" else f"/{kind.name}"
+        worse += [f"{n}{suffix}" for n, a, b in zip(data.names, *errors, strict=True) if a > b]
+    doubts = [Doubt("worse-with-model", tuple(worse))] if worse else []
     if validation.beyond_chance:
         told = ("chi_square", "dof", "p_value", "inside", "confidence")
         numbers = {name: getattr(validation, name) for name in told}
@@ -97,7 +105,7 @@ def doubts_of_validation(validation: Validation) -> tuple[Doubt, ...]:
 
 @dataclass(frozen=True)
 class Summary:
-    """Sizes of R errors [m].
+    """Sizes of R errors of one kind [m, or rad].
 
     Attributes:
         rms: Root mean square.
@@ -111,7 +119,7 @@ class Summary:
 
 
 def summary(error: Array) -> Summary:
-    """Sizes of errors (R, 3) [m]."""
+    """Sizes of errors (R, 3), all of one unit."""
     size = np.linalg.norm(error, axis=1)
     return Summary(float(np.sqrt(np.mean(size**2))), float(size.mean()), float(size.max()))
 
@@ -131,10 +139,10 @@ def validate(
     """
     bent = replace(arm, springs=model.springs, tool=measurements.tool)
     modelled, gradient = deflection_and_gradient(bent, model.compliance, measurements.cases)
-    count, markers = len(measurements.cases), len(measurements.tool.markers)
+    count, targets = len(measurements.cases), len(measurements.tool.targets)
     own = (measurements.case, measurements.marker)
-    after = measurements.deflection - modelled.reshape(count, markers, 3)[own]
-    rows = gradient.reshape(count, markers, 3, -1)[own]
+    after = measurements.deflection - modelled.reshape(count, targets, 3)[own]
+    rows = gradient.reshape(count, targets, 3, -1)[own]
     spread = rows @ model.covariance @ rows.transpose(0, 2, 1)
     chi_square = _joint(after, rows, measurements.covariance, model.covariance)
     expected = spread + measurements.covariance

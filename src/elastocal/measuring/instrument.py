@@ -1,7 +1,8 @@
-"""Instruments: how well a deflection is measured, as a covariance at every measured point.
+"""Instruments: what is measured, and how well: a covariance of every deflection that is read.
 
-In: points in the base frame. Out: (…, 3, 3) covariances of one measured deflection [m²], and rows
-of the linear model in units of that noise, with their gradient through the measured points.
+In: points in the base frame. Out: (…, 3, 3) covariances of one measured deflection [m²], of one
+measured rotation [rad²], and rows of the linear model in units of that noise, with their gradient
+through the measured points.
 """
 
 from __future__ import annotations
@@ -17,11 +18,18 @@ from elastocal.errors import InputError
 from elastocal.robot.posture import dot
 
 WhitePull = Callable[[Array], tuple[Array, list[Array] | None]]
-"""Gradient in whitened rows (3K, p, N) -> gradient in the rows, and in the K points (3, N)."""
+"""Gradient in whitened rows -> gradient in the rows, and in the K points (3, N)."""
 
 
 class Instrument(abc.ABC):
-    """What measures deflections."""
+    """What measures deflections.
+
+    Attributes:
+        sigma_rotation: Standard deviation of one component of a measured rotation of the flange
+            [rad]; None if only positions are measured.
+    """
+
+    sigma_rotation: float | None = None
 
     @abc.abstractmethod
     def covariance(self, points: Array) -> Array:
@@ -38,12 +46,24 @@ class Instrument(abc.ABC):
         Returns:
             (3K, p, N) rows W A with W covariance Wᵀ = I, and a function that takes a gradient in
             these to one in `rows` and one in each of `points`, None if they do not matter.
+            If rotations are measured, `rows` end with the three of the rotation.
         """
 
     @property
     @abc.abstractmethod
     def sigma(self) -> float:
         """Standard deviation of one coordinate [m], typical where it depends on the point."""
+
+    def covariances(self, points: Array) -> Array:
+        """(N, T, 3, 3) of all that an experiment reads with K markers at `points`, (N, K, 3).
+
+        T is K, or K + 1 if the rotation is measured: [m²], the last then [rad²].
+        """
+        positions = self.covariance(points.reshape(-1, 3)).reshape(*points.shape, 3)
+        if self.sigma_rotation is None:
+            return positions
+        rotation = np.broadcast_to(self.sigma_rotation**2 * np.eye(3), (len(points), 1, 3, 3))
+        return np.concatenate([positions, rotation], axis=1)
 
 
 @dataclass(frozen=True)
@@ -156,6 +176,55 @@ class LaserTracker(Instrument):
 
         white = [part.apply(triple) for part, triple in zip(parts, triples, strict=True)]
         return np.concatenate(white), pull
+
+
+@dataclass(frozen=True)
+class PoseProbe(Instrument):
+    """A probe that reads positions and the rotation of the flange, as 6-D probes of trackers do.
+
+    Attributes:
+        points: What measures the positions.
+        sigma_rotation: Standard deviation of one component of one measured rotation, from
+            unloaded to loaded, axis times angle [rad]; alike and independent about all axes.
+
+    Source: paper eqs. (5) to (8), whose Δt has all six components; the noise of a rotation is ours.
+    """
+
+    points: Instrument
+    sigma_rotation: float
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.sigma_rotation) and self.sigma_rotation > 0.0):
+            raise InputError(
+                f"sigma_rotation must be a positive angle, found {self.sigma_rotation}"
+            )
+        if self.points.sigma_rotation is not None:
+            raise InputError("a pose probe needs an instrument that measures positions only")
+
+    @property
+    def sigma(self) -> float:
+        """Standard deviation of one coordinate of a position [m]."""
+        return self.points.sigma
+
+    def covariance(self, points: Array) -> Array:
+        """(N, 3, 3) covariance of the positions [m²]."""
+        return self.points.covariance(points)
+
+    def whiten(self, rows: Array, points: Sequence[Array]) -> tuple[Array, WhitePull]:
+        """Rows of the positions as their instrument has them, those of the rotation over its σ."""
+        white, unwhiten = self.points.whiten(rows[:-3], points)
+
+        def pull(cotangent: Array) -> tuple[Array, list[Array] | None]:
+            back, moved = unwhiten(cotangent[:-3])
+            return np.concatenate([back, cotangent[-3:] / self.sigma_rotation]), moved
+
+        return np.concatenate([white, rows[-3:] / self.sigma_rotation]), pull
+
+
+def tracker_of(instrument: Instrument) -> LaserTracker | None:
+    """The laser tracker that measures the positions, None if there is none."""
+    points = instrument.points if isinstance(instrument, PoseProbe) else instrument
+    return points if isinstance(points, LaserTracker) else None
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """Measurements: the deflections of a campaign, as one frozen value.
 
-A reading is one marker in one experiment. All readings of an experiment share its load case.
+A reading is one marker in one experiment, or the rotation of the flange in it: three numbers with
+their covariance. All readings of an experiment share its load case.
 """
 
 from __future__ import annotations
@@ -16,6 +17,21 @@ from elastocal.robot.chain import Tool
 
 
 @dataclass(frozen=True)
+class Quantity:
+    """Readings of one kind, whose errors may be compared and summed.
+
+    Attributes:
+        name: What is read: "position" or "rotation".
+        unit: Its SI unit, "m" or "rad".
+        readings: (R,) which readings are of this kind.
+    """
+
+    name: str
+    unit: str
+    readings: BoolArray
+
+
+@dataclass(frozen=True)
 class Measurements:
     """R readings of N experiments.
 
@@ -24,9 +40,11 @@ class Measurements:
         cases: The N load cases: configurations as commanded, wrenches at the load point.
         names: N names of the experiments, as the file has them.
         case: (R,) experiment of each reading.
-        marker: (R,) marker of each reading, as a position in `tool.markers`.
-        deflection: (R, 3) loaded minus unloaded position, base frame [m].
-        covariance: (R, 3, 3) covariance of each deflection [m²].
+        marker: (R,) target of each reading, as a position in `tool.targets`: a marker, or behind
+            the markers the rotation.
+        deflection: (R, 3) loaded minus unloaded position [m], or the rotation from unloaded to
+            loaded as axis times angle [rad]; base frame.
+        covariance: (R, 3, 3) covariance of each of them [m², rad²].
         own_uncertainty: Whether the covariance came with the readings (True) or from the
             instrument of the study (False).
         source: File they were read from, or how they were made.
@@ -70,7 +88,7 @@ class Measurements:
             case.min() >= 0
             and case.max() < len(self.cases)
             and marker.min() >= 0
-            and marker.max() < len(self.tool.markers)
+            and marker.max() < len(self.tool.targets)
         ):
             raise InputError("a reading refers to an experiment or marker that does not exist")
         if not (np.isfinite(deflection).all() and np.isfinite(covariance).all()):
@@ -80,18 +98,35 @@ class Measurements:
         return len(self.case)
 
     @property
-    def deviation(self) -> Array:
-        """(R, 3) standard deviations of the coordinates [m]."""
-        return np.sqrt(np.einsum("rii->ri", self.covariance))
+    def rotations(self) -> BoolArray:
+        """(R,) which readings are rotations."""
+        return np.asarray(self.marker == len(self.tool.markers))
 
     @property
-    def noise(self) -> float:
-        """Typical standard deviation of a coordinate [m]."""
-        return float(np.sqrt(np.einsum("rii->", self.covariance) / (3.0 * len(self))))
+    def quantities(self) -> tuple[Quantity, ...]:
+        """What was read, positions before rotations; only what there is."""
+        turned = self.rotations
+        kinds = Quantity("position", "m", ~turned), Quantity("rotation", "rad", turned)
+        return tuple(kind for kind in kinds if kind.readings.any())
 
-    def by_experiment(self, error: Array) -> Array:
-        """(N,) root mean square length of errors (R, 3) of the readings of each experiment."""
-        return rms_of_groups(error, self.case, len(self.cases))
+    @property
+    def deviation(self) -> Array:
+        """(R, 3) standard deviations of the coordinates [m, rad]."""
+        return np.sqrt(np.einsum("rii->ri", self.covariance))
+
+    def noise_of(self, kind: Quantity) -> float:
+        """Typical standard deviation of a coordinate of this kind [its unit]."""
+        own = self.covariance[kind.readings]
+        return float(np.sqrt(np.einsum("rii->", own) / (3.0 * len(own))))
+
+    def by_experiment(self, error: Array, kind: Quantity | None = None) -> Array:
+        """(N,) root mean square length of errors (R, 3) of the readings of each experiment.
+
+        Of one kind, or of all if the errors have one unit, as those over the noise have.
+        """
+        if kind is None:
+            return rms_of_groups(error, self.case, len(self.cases))
+        return rms_of_groups(error[kind.readings], self.case[kind.readings], len(self.cases))
 
 
 def rms_of_groups(error: Array, group: IntArray, count: int) -> Array:

@@ -31,7 +31,7 @@ def done(study: Study, measurements: Measurements) -> Done:
     """
     cases, tool = measurements.cases, measurements.tool
     rows = regressor(replace(study.fitted_arm, tool=tool), cases)
-    rows = rows.reshape(len(cases), len(tool.markers), 3, -1)
+    rows = rows.reshape(len(cases), len(tool.targets), 3, -1)
     _, whitener = noise_factors(measurements.covariance)
     seen = (whitener @ rows[measurements.case, measurements.marker]).reshape(-1, rows.shape[-1])
     _, first = np.unique(np.round(cases.q, 9), axis=0, return_index=True)

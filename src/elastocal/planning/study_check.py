@@ -14,6 +14,7 @@ import numpy as np
 from elastocal.arrays import Array
 from elastocal.constraints import BeamRange, Clearance, LineOfSight, margins_at
 from elastocal.errors import Doubt, ElastocalError
+from elastocal.measuring.instrument import tracker_of
 from elastocal.motion.via_points import refuse_home
 from elastocal.planning.visibility import visibility
 from elastocal.robot.pose_check import PoseCheck, check_known_poses, refuse_misfit
@@ -163,8 +164,8 @@ def _tools(study: Study, reach: float) -> Iterator[Doubt]:
 
 def _small_cell(study: Study) -> Iterator[Doubt]:
     """Lengths around the robot that look like metres under a key in millimetres."""
-    place = getattr(study.instrument, "position", None)
-    distance = 0.0 if place is None else float(np.linalg.norm(place))
+    tracker = tracker_of(study.instrument)
+    distance = 0.0 if tracker is None else float(np.linalg.norm(tracker.position))
     if 0.0 < distance < _TINY:
         yield Doubt("near-tracker", numbers={"distance": distance})
     radii = [1.0]

@@ -13,7 +13,7 @@ import numpy as np
 from elastocal.arrays import Array, BoolArray, freeze
 from elastocal.constraints import AcceptanceCone
 from elastocal.constraints.view import ViewConstraint
-from elastocal.measuring.instrument import LaserTracker
+from elastocal.measuring.instrument import tracker_of
 from elastocal.planning.assessment import TOLERANCE
 from elastocal.robot.posture import Posture
 from elastocal.study.experiment_space import LoadCaseSpace
@@ -45,15 +45,15 @@ class Visibility:
 
 def visibility(space: LoadCaseSpace, q: Array) -> Visibility | None:
     """What a tracker sees in N configurations (N, n); None if the instrument is no tracker."""
-    instrument, tool = space.instrument, space.arm.tool
-    if not isinstance(instrument, LaserTracker):
+    tracker, tool = tracker_of(space.instrument), space.arm.tool
+    if tracker is None:
         return None
     posture = Posture(space.arm.robot, q)
     shape = len(tool.markers), posture.count
     seen, angle = np.ones(shape, dtype=bool), np.full(shape, np.nan)
     length = np.array(
         [
-            np.linalg.norm(posture.point(marker) - instrument.position[:, None], axis=0)
+            np.linalg.norm(posture.point(marker) - tracker.position[:, None], axis=0)
             for marker in tool.markers
         ]
     ).reshape(shape)

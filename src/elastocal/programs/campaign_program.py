@@ -145,7 +145,7 @@ def _steps(
     after = first + 2 * len(cases)
     ways = np.split(np.arange(after, after + sum(passed)), np.cumsum(passed)[:-1])
     steps: list[Step] = [Move(0)] if first else []
-    markers = " ".join(study.experiments.tool.marker_names)
+    markers = " ".join(study.experiments.tool.targets)
     m, experiment, approach = int(np.sum(repeats)), 0, first
     for i, wrench in enumerate(cases.wrench):
         approach = first + 2 * i

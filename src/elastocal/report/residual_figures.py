@@ -14,7 +14,7 @@ from elastocal.elastic.load_cases import LoadCases
 from elastocal.identification.result import Identification
 from elastocal.measuring.measurements import rms_of_groups
 from elastocal.report.charts.axes import shortened
-from elastocal.wording.numbers import length
+from elastocal.wording.numbers import small
 
 _MOST_FIGURES, _MOST_VECTORS = 12, 24
 _LONGEST = 0.17  # longest arrow over the size of the robot
@@ -47,20 +47,26 @@ def residual_figures(found: Identification) -> ResidualFigures:
     group = found.configuration[data.case]
     size = np.linalg.norm(found.residual, axis=1)
     count = int(found.configuration.max()) + 1
-    rms = rms_of_groups(found.residual, group, count)
+    each = [
+        (rms_of_groups(found.residual[kind.readings], group[kind.readings], count), kind)
+        for kind in data.quantities
+    ]
+    rms, drawn = each[0][0], ~data.rotations
     first = np.array([np.flatnonzero(found.configuration == g)[0] for g in range(count)])
     chosen = np.argsort(-rms)[:_MOST_FIGURES]
     chosen = chosen[np.argsort(first[chosen])]
     cases = LoadCases(data.cases.q[first[chosen]], np.zeros((len(chosen), 6)))
     figures = posed(found.arm.robot, data.tool, cases, [str(i + 1) for i in range(len(chosen))])
     reach = max(float(np.abs(f.skeleton.points).max()) for f in figures)
-    shown = np.isin(group, chosen)
-    magnification = _round(_LONGEST * reach / max(float(size[shown].max()), 1e-12))
-    noise = found.noise_factor * data.noise
+    shown = np.isin(group, chosen) & drawn
+    longest = max(float(size[shown].max(initial=0.0)), 1e-12)
+    magnification = _round(_LONGEST * reach / longest)
+    positions = [kind for kind in data.quantities if kind.unit == "m"]
+    noise = found.noise_factor * data.noise_of(positions[0]) if positions else 0.0
     posed_figures, captions, thinned = [], [], False
     short = shortened(data.names, 16)
     for figure, g in zip(figures, chosen.tolist(), strict=True):
-        readings = np.flatnonzero(group == g)
+        readings = np.flatnonzero((group == g) & drawn)
         thinned |= len(readings) > _MOST_VECTORS
         vectors = tuple(
             Vector(
@@ -72,7 +78,11 @@ def residual_figures(found: Identification) -> ResidualFigures:
         )
         posed_figures.append(replace(figure, vectors=vectors))
         names = [short[i] for i in np.flatnonzero(found.configuration == g)]
-        captions.append(f"{_experiments(names)}: RMS {length(float(rms[g]))}")
+        sizes = (
+            f"{'RMS' if kind.unit == 'm' else 'rotation'} {small(float(own[g]), kind.unit)}"
+            for own, kind in each
+        )
+        captions.append(f"{_experiments(names)}: {', '.join(sizes)}")
     stage = boxed(tuple(posed_figures))
     return ResidualFigures(
         stage, magnification, tuple(captions), noise, count - len(chosen), thinned

@@ -101,7 +101,8 @@ def tool_points(plan: Plan) -> list[tuple[str, str]]:
     """Load point and markers of the calibration tool, in the flange frame."""
     tool = plan.study.experiments.tool
     points = [("load point", tool.load_point), *zip(tool.marker_names, tool.markers, strict=True)]
-    return [
+    rows = [
         (name, "[" + ", ".join(fixed(1e3 * float(v), 1) for v in point) + "] mm")
         for name, point in points
     ]
+    return [*rows, ("rotation", "of the flange is read too")] if tool.rotation else rows

@@ -12,9 +12,10 @@ import numpy as np
 from elastocal.arrays import Array
 from elastocal.planning.certificate import Certificate
 from elastocal.planning.plan import Plan
+from elastocal.study.study import Study
 from elastocal.wording import ended, worded
 from elastocal.wording.lists import counted
-from elastocal.wording.numbers import given, length, length_and_unit, number, percent
+from elastocal.wording.numbers import given, length, length_and_unit, number, percent, small
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,12 @@ class Verdict:
     advice: tuple[str, ...]
 
 
+def _turned(study: Study) -> str:
+    """The noise of a rotation, if it is measured."""
+    sigma = study.instrument.sigma_rotation
+    return "" if sigma is None else f", rotations {small(sigma, 'rad')}"
+
+
 def verdict(plan: Plan, random: Array | None) -> Verdict:
     """What `plan` achieves; `random` (K,) are errors of random plans [m]."""
     study, rho0 = plan.study, plan.assessment.rho0
@@ -66,7 +73,8 @@ def verdict(plan: Plan, random: Array | None) -> Verdict:
         where = f"along the {len(study.only_path.cases)} points of {study.only_path.name}"
     meaning = (
         f"Root mean square position error that is left {where} after compensation, "
-        f"because measurements are noisy (σ\u00a0=\u00a0{given(study.sigma)} per axis)."
+        f"because measurements are noisy (σ\u00a0=\u00a0{given(study.sigma)} per axis"
+        f"{_turned(study)})."
     )
     return Verdict(
         work,

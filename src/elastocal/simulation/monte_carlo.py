@@ -27,6 +27,7 @@ from elastocal.simulation.virtual_campaign import (
     deflections,
     disturbed,
     gross_errors,
+    lever,
     noise,
     simulate,
     virtual_readings,
@@ -163,6 +164,7 @@ class _Plan:
     how: Fit
     judges: tuple[Judge, ...]
     reality: Reality
+    lever: float | None
 
 
 def campaigns(
@@ -216,6 +218,7 @@ def campaigns(
             how,
             judges,
             reality,
+            lever(study.instrument),
         )
         # One campaign the long way: it refuses what cannot be identified, by name.
         plain, rng = Reality(linear=linear), np.random.default_rng(seed)
@@ -325,7 +328,7 @@ def _chunk(plan: _Plan, size: int, seed: np.random.SeedSequence) -> tuple[Array,
 
 
 def _readings(plan: _Plan, size: int, rng: np.random.Generator) -> Array:
-    """(C, N, K, 3) what is read in `size` campaigns [m]."""
+    """(C, N, T, 3) what is read in `size` campaigns [m, rad]."""
     case, ideal, cases = plan.design.case, plan.ideal, plan.design.cases
     by_noise, by_load, by_outlier = rng.spawn(3)
     many = np.tile(case, size)
@@ -337,7 +340,7 @@ def _readings(plan: _Plan, size: int, rng: np.random.Generator) -> Array:
         true = deflections(ideal.arm, plan.compliance, acting, plan.reality.linear)
     read = true + noise(ideal.covariance, many, by_noise)
     if outliers.share:
-        read = read + gross_errors(read.shape, outliers, by_outlier)
+        read = read + gross_errors(read.shape, outliers, by_outlier, plan.lever)
     return np.asarray(read.reshape(size, len(case), *read.shape[1:]))
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from elastocal.arrays import Array, IntArray
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.compliance_model import ComplianceModel
-from elastocal.elastic.equilibrium import loaded_deflection, markers_at
+from elastocal.elastic.deflections import loaded_deflection, markers_at
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import deflection
 from elastocal.errors import InputError
@@ -47,7 +47,8 @@ class Outliers:
 
     Attributes:
         share: Probability that a reading has one.
-        size: Its length [m]; its direction is random.
+        size: Its length [m]; its direction is random. A rotation is wrong by as many standard
+            deviations as a position would be.
     """
 
     share: float = 0.0
@@ -82,8 +83,9 @@ class VirtualReadings:
 
     Attributes:
         arm: The true arm, with the tool of the experiments.
-        deflection: (S, K, 3) true deflections of S load cases [m].
-        covariance: (S, K, 3, 3) of their readings [m²].
+        deflection: (S, T, 3) true deflections of S load cases [m], the last of them rotations
+            [rad] if the tool asks for that.
+        covariance: (S, T, 3, 3) of their readings [m², rad²].
     """
 
     arm: ElasticArm
@@ -126,15 +128,17 @@ def simulate(
     covariance = ideal.covariance[case]
     read = true + noise(ideal.covariance, case, by_noise)
     if reality.outliers.share:
-        read = read + gross_errors(read.shape, reality.outliers, by_outlier)
-    count, markers = read.shape[:2]
+        read = read + gross_errors(
+            read.shape, reality.outliers, by_outlier, lever(study.instrument)
+        )
+    count, targets = read.shape[:2]
     kind = "linear" if reality.linear else "nonlinear"
     return Measurements(
         tool=ideal.arm.tool,
         cases=LoadCases(cases.q[case], cases.wrench[case]),
         names=tuple(str(i + 1) for i in range(count)),
-        case=np.repeat(np.arange(count), markers),
-        marker=np.tile(np.arange(markers), count),
+        case=np.repeat(np.arange(count), targets),
+        marker=np.tile(np.arange(targets), count),
         deflection=read.reshape(-1, 3),
         covariance=covariance.reshape(-1, 3, 3),
         source=f"simulated, {kind} truth: {truth.source or 'given'}",
@@ -159,22 +163,23 @@ def virtual_readings(
     arm = replace(arm, springs=truth.springs)
     still = np.zeros((len(cases), len(truth.springs)))
     points = markers_at(arm, cases.q, still).reshape(len(cases), -1, 3)
-    covariance = instrument.covariance(points.reshape(-1, 3)).reshape(*points.shape, 3)
+    covariance = instrument.covariances(points)
     true = deflections(arm, truth.compliance, cases, linear)
     return VirtualReadings(arm, true, covariance)
 
 
 def deflections(arm: ElasticArm, compliance: Array, cases: LoadCases, linear: bool) -> Array:
-    """(N, K, 3) deflections of the K markers of a true arm [m]; of the regressor if `linear`."""
+    """(N, T, 3) deflections of the targets of a true arm [m, rad]; linear ones if `linear`."""
     if linear:
-        rows = deflection(arm, compliance, cases)[:, :-3]
+        rows = deflection(arm, compliance, cases)
+        rows = rows if arm.tool.rotation else rows[:, :-3]
     else:
         rows = loaded_deflection(arm, compliance, cases)
     return np.asarray(rows).reshape(len(cases), -1, 3)
 
 
 def noise(covariance: Array, case: IntArray, rng: np.random.Generator) -> Array:
-    """(N, K, 3) noise of N experiments, each of the load case `case`, (N,), of (S, K, 3, 3) [m]."""
+    """(N, T, 3) noise of N experiments, each of a load case, `case` (N,), of S (S, T, 3, 3)."""
     root = np.linalg.cholesky(covariance)[case]
     return np.asarray((root @ rng.standard_normal((*root.shape[:3], 1)))[..., 0])
 
@@ -204,9 +209,26 @@ def _turned(vector: Array, turn: Array) -> Array:
     return np.asarray(along + np.cos(angle) * (vector - along) + np.sin(angle) * across)
 
 
-def gross_errors(shape: tuple[int, ...], outliers: Outliers, rng: np.random.Generator) -> Array:
-    """(..., 3) errors of readings, zero but for a share of them [m]."""
+def lever(instrument: Instrument) -> float | None:
+    """Length at which a rotation is as noisy as a position [m]; None if none is measured."""
+    rotation = instrument.sigma_rotation
+    return None if rotation is None else instrument.sigma / rotation
+
+
+def gross_errors(
+    shape: tuple[int, ...],
+    outliers: Outliers,
+    rng: np.random.Generator,
+    lever: float | None = None,
+) -> Array:
+    """(..., T, 3) errors of readings, zero but for a share of them [m].
+
+    With a lever [m] the last target is a rotation, and its errors are over that length [rad].
+    """
     hit = rng.random(shape[:-1]) < outliers.share
     direction = rng.standard_normal(shape)
     direction /= np.linalg.norm(direction, axis=-1, keepdims=True)
-    return np.asarray(np.where(hit[..., None], outliers.size * direction, 0.0))
+    found = np.asarray(np.where(hit[..., None], outliers.size * direction, 0.0))
+    if lever is not None:
+        found[..., -1, :] /= lever
+    return found

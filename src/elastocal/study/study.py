@@ -137,7 +137,7 @@ class Study:
         springs: The p compliances to identify.
         test_poses: Where accuracy is judged: poses and paths.
         experiments: What is done.
-        instrument: What measures the deflections.
+        instrument: What measures the deflections, and whether the rotation of the flange too.
         constraints: Constraints on configurations besides the joint limits.
         limits: (2, n) lower and upper joint values allowed [rad or m]; the robot's if not given.
         criterion: Name of the criterion to plan for; see `criteria.CRITERIA`.
@@ -172,6 +172,7 @@ class Study:
     known: Known | None = None
 
     def __post_init__(self) -> None:
+        self._tell_tool_what_is_measured()
         limits = self.limits if self.limits.size else [self.robot.lower, self.robot.upper]
         freeze(self, limits=_finite_limits(self.robot, np.array(limits)))
         object.__setattr__(self, "pace", for_robot(self.pace, self.robot, self.limits))
@@ -202,6 +203,13 @@ class Study:
     def planned_for(self) -> tuple[TestPose | TestPath, ...]:
         """The test poses that count in the criterion: those with a weight."""
         return tuple(pose for pose in self.test_poses if pose.weight > 0.0)
+
+    def _tell_tool_what_is_measured(self) -> None:
+        """The tool is asked for the rotation of the flange if, and only if, it is measured."""
+        e, rotation = self.experiments, self.instrument.sigma_rotation is not None
+        if e.tool.rotation != rotation:
+            asked = replace(e, tool=replace(e.tool, rotation=rotation))
+            object.__setattr__(self, "experiments", asked)
 
     @property
     def sigma(self) -> float:

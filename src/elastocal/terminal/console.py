@@ -14,7 +14,7 @@ from rich.table import Table
 
 from elastocal.arrays import Array
 from elastocal.planning.certificate import Progress as Tell
-from elastocal.wording.numbers import length_unit
+from elastocal.wording.numbers import shown_unit
 
 out = Console(highlight=False, soft_wrap=False)
 err = Console(stderr=True, highlight=False)
@@ -47,7 +47,7 @@ def numbers(vector: Array) -> str:
     return " ".join(f"{value + 0.0:.5g}" for value in vector)
 
 
-def micrometres(value: float) -> str:
-    """A length in micrometres, or millimetres if it is large, with four digits."""
-    factor, unit = length_unit([abs(value)])
+def micrometres(value: float, si: str = "m") -> str:
+    """A length in micrometres, or millimetres if it is large, with four digits; so angles [rad]."""
+    factor, unit = shown_unit(si, [abs(value)])
     return f"{factor * value:.4g} {unit}" if np.isfinite(value) else "∞"

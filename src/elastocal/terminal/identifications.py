@@ -10,6 +10,7 @@ from rich.text import Text
 from elastocal.identification.doubts import doubts
 from elastocal.identification.result import Identification
 from elastocal.identification.validation import Validation, summary
+from elastocal.measuring.measurements import Quantity
 from elastocal.robot.joint_kinds import PRISMATIC
 from elastocal.terminal.console import micrometres, out, whole
 from elastocal.wording import worded
@@ -75,10 +76,14 @@ def _interval(low: float, middle: float, high: float, largest: float) -> str:
 
 
 def _noise(found: Identification) -> str:
-    sizes = summary(found.residual)
+    kinds = found.measurements.quantities
+    sizes = [(summary(found.residual[kind.readings]), kind.unit) for kind in kinds]
+    each = "; of the rotations ".join(
+        f"root mean square {micrometres(size.rms, unit)}, largest {micrometres(size.largest, unit)}"
+        for size, unit in sizes
+    )
     text = (
-        f"Residuals: root mean square {micrometres(sizes.rms)}, largest "
-        f"{micrometres(sizes.largest)}; noise {found.scale:.3g} times what σ promises "
+        f"Residuals: {each}; noise {found.scale:.3g} times what σ promises "
         f"(χ² = {found.chi_square:.4g}, {found.dof} degrees of freedom)"
     )
     lack = found.lack_of_fit
@@ -102,25 +107,10 @@ def show_validation(found: Validation) -> None:
     """Deflection before and after the model."""
     data = found.measurements
     kind = "kept aside" if found.kept_aside else "left out in turn"
-    title = (
-        f"{counted(len(data.cases), 'experiment')}, {kind}: deflection before and after the model"
-    )
-    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
-    for column in ("experiment", "before", "after", "removed"):
-        table.add_column(column, justify="left" if column == "experiment" else "right")
-    before, after = found.by_experiment(found.before), found.by_experiment(found.after)
-    shown = range(len(data.cases))
-    if len(data.cases) > _MOST:  # the worst ones
-        shown = sorted(np.argsort(-after)[:_MOST].tolist())  # type: ignore[assignment]
-    for i in shown:
-        row = (micrometres(before[i]), micrometres(after[i]), _removed(before[i], after[i]))
-        table.add_row(Text(data.names[i]), *row)
-    table.add_section()
-    for name, value in vars(summary(found.before)).items():
-        rest = getattr(summary(found.after), name)
-        label = {"rms": "root mean square", "mean": "mean", "largest": "largest"}[name]
-        table.add_row(label, micrometres(value), micrometres(rest), _removed(value, rest))
-    whole(table)
+    title = f"{counted(len(data.cases), 'experiment')}, {kind}: "
+    for quantity in data.quantities:
+        what = "deflection" if quantity.unit == "m" else quantity.name
+        whole(_before_and_after(found, quantity, f"{title}{what} before and after the model"))
     if found.coordinates:
         out.print(
             f"{100 * found.inside:.3g} % of {found.coordinates} coordinates lie inside their "
@@ -147,6 +137,30 @@ def show_validation(found: Validation) -> None:
                 style="yellow",
             )
         )
+
+
+def _before_and_after(found: Validation, kind: Quantity, title: str) -> Table:
+    """The errors of one kind, experiment by experiment and over all."""
+    data, unit = found.measurements, kind.unit
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
+    for column in ("experiment", "before", "after", "removed"):
+        table.add_column(column, justify="left" if column == "experiment" else "right")
+    before, after = (found.by_experiment(error, kind) for error in (found.before, found.after))
+    read = np.bincount(data.case[kind.readings], minlength=len(data.cases)) > 0
+    shown = np.flatnonzero(read)
+    if len(shown) > _MOST:  # the worst ones
+        shown = np.sort(shown[np.argsort(-after[shown])[:_MOST]])
+    for i in shown.tolist():
+        sizes = (micrometres(before[i], unit), micrometres(after[i], unit))
+        table.add_row(Text(data.names[i]), *sizes, _removed(before[i], after[i]))
+    table.add_section()
+    first, last = found.sizes(kind)
+    for name, value in vars(first).items():
+        rest = getattr(last, name)
+        label = {"rms": "root mean square", "mean": "mean", "largest": "largest"}[name]
+        sizes = (micrometres(value, unit), micrometres(rest, unit))
+        table.add_row(label, *sizes, _removed(value, rest))
+    return table
 
 
 def _removed(before: float, after: float) -> str:

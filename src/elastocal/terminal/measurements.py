@@ -19,29 +19,32 @@ def show_measurements(found: Measurements, robot: Robot) -> None:
     """Experiments with their loads and largest deflections, the noise, and what looks odd."""
     n, tool = len(found.cases), found.tool
     out.print(Text(f"{found.source}: {_count(len(found), 'reading')} of {_count(n, 'experiment')}"))
-    per_marker = np.bincount(found.marker, minlength=len(tool.marker_names))
+    per_marker = np.bincount(found.marker, minlength=len(tool.targets))
     markers = ", ".join(
-        f"{name} {count}×" for name, count in zip(tool.marker_names, per_marker, strict=True)
+        f"{name} {count}×" for name, count in zip(tool.targets, per_marker, strict=True)
     )
     out.print(Text(f"Markers of tool {tool.name!r}: {markers}"))
-    noise = 1e3 * found.deviation
     whence = "of the readings" if found.own_uncertainty else "of the instrument"
-    out.print(
-        f"Noise {whence}: {noise.min():.4g} … {noise.max():.4g} mm, standard deviation of one "
-        "coordinate"
+    ranges = " and ".join(
+        f"{noise.min():.4g} … {noise.max():.4g} {'mm' if kind.unit == 'm' else 'mrad'}"
+        for kind in found.quantities
+        for noise in [1e3 * found.deviation[kind.readings]]
     )
+    out.print(f"Noise {whence}: {ranges}, standard deviation of one coordinate")
     table = Table(box=box.SIMPLE_HEAD)
-    for column in ("experiment", *robot.joint_names, "force N", "torque N·m", "deflection mm"):
+    sizes = ["deflection mm" if kind.unit == "m" else "rotation mrad" for kind in found.quantities]
+    for column in ("experiment", *robot.joint_names, "force N", "torque N·m", *sizes):
         table.add_column(column, justify="right")
     size = 1e3 * np.linalg.norm(found.deflection, axis=1)
-    largest = np.zeros(n)
-    np.maximum.at(largest, found.case, size)
+    largest = np.zeros((n, len(found.quantities)))
+    for k, kind in enumerate(found.quantities):
+        np.maximum.at(largest[:, k], found.case[kind.readings], size[kind.readings])
     shown = robot.shown_scale * found.cases.q
     for i in range(min(n, _SHOWN)):
         wrench = found.cases.wrench[i]
         joints = (f"{value + 0.0:.6g}" for value in shown[i])
         loads = numbers(wrench[:3]), numbers(wrench[3:])
-        table.add_row(Text(found.names[i][:30]), *joints, *loads, f"{largest[i]:.4g}")
+        table.add_row(Text(found.names[i][:30]), *joints, *loads, *(f"{v:.4g}" for v in largest[i]))
     whole(table)
     if n > _SHOWN:
         out.print(f"… and {n - _SHOWN} more")

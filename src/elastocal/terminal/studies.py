@@ -10,7 +10,7 @@ from rich.text import Text
 
 from elastocal.arrays import Array
 from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, Load
-from elastocal.measuring.instrument import Instrument, LaserTracker
+from elastocal.measuring.instrument import Instrument, tracker_of
 from elastocal.planning.study_check import Checkup
 from elastocal.study.known import Known
 from elastocal.study.study import Study, TestPose
@@ -39,10 +39,11 @@ def show_check(study: Study, found: Checkup) -> None:
         f"{name} {numbers(1e3 * point)} mm"
         for name, point in zip(e.tool.marker_names, e.tool.markers, strict=True)
     )
+    measured = ", and the rotation of the flange" if e.tool.rotation else ""
     out.print(
         Text(
             f"Calibration tool {e.tool.name!r}: load at {numbers(1e3 * e.tool.load_point)} "
-            f"mm of the flange, measured: {points}"
+            f"mm of the flange, measured: {points}{measured}"
         )
     )
     out.print(Text(f"Load: {_load(e.force, 'N')}; torque: {_load(e.moment, 'N·m')}; base frame"))
@@ -101,13 +102,16 @@ def _role(study: Study, joint: str) -> str:
 
 def instrument_phrase(instrument: Instrument) -> str:
     """How well is measured, in a few words."""
-    if not isinstance(instrument, LaserTracker):
-        return f"σ = {1e3 * instrument.sigma:g} mm per coordinate"
-    along, across = instrument.deviations(np.array(instrument.typical_range))
+    rotation = instrument.sigma_rotation
+    turned = "" if rotation is None else f"; rotation σ = {1e3 * rotation:g} mrad per axis"
+    tracker = tracker_of(instrument)
+    if tracker is None:
+        return f"σ = {1e3 * instrument.sigma:g} mm per coordinate{turned}"
+    along, across = tracker.deviations(np.array(tracker.typical_range))
     return (
-        f"tracker at {numbers(1e3 * instrument.position)} mm; of one reading at "
-        f"{instrument.typical_range:g} m σ = {1e6 * along:.3g} µm along and "
-        f"{1e6 * across:.3g} µm across the beam"
+        f"tracker at {numbers(1e3 * tracker.position)} mm; of one reading at "
+        f"{tracker.typical_range:g} m σ = {1e6 * along:.3g} µm along and "
+        f"{1e6 * across:.3g} µm across the beam{turned}"
     )
 
 

@@ -17,7 +17,7 @@ from elastocal.drawing.skeleton import skeletons
 from elastocal.drawing.solids import arrow, union
 from elastocal.drawing.surfaces import APERTURES, WALLS, Surface
 from elastocal.errors import InputError
-from elastocal.measuring.instrument import LaserTracker
+from elastocal.measuring.instrument import tracker_of
 from elastocal.robot.chain import Tool
 from elastocal.viewer.figure import Figure, add_solid
 from elastocal.viewer.parts import colour, robot_parts
@@ -97,7 +97,7 @@ class Scene:
             "tests": any(stop.kind == "test" for stop in subject.stops),
             "limits": any(isinstance(c, (*WALLS, *APERTURES)) for c in limits),
             "cell": bool(obstacles(subject)),
-            "tracker": isinstance(subject.study.instrument, LaserTracker),
+            "tracker": tracker_of(subject.study.instrument) is not None,
         }
         return tuple(layer for layer in LAYERS if wanted.get(layer, True))
 
@@ -201,8 +201,8 @@ class Scene:
                 continue
             add_solid(self._scene, f"/cell/{i}", solid, (214, 200, 178))
             self._scene.add_label(f"/cell/{i}/name", shape.name, position=shape.pose[:3, 3])
-        tracker = self._subject.study.instrument
-        if isinstance(tracker, LaserTracker):
+        tracker = tracker_of(self._subject.study.instrument)
+        if tracker is not None:
             solid = tracker_solid(tracker.position, floor, self.size)
             add_solid(self._scene, "/tracker/stand", solid, colour("muted"))
 
@@ -220,9 +220,9 @@ class Scene:
     def _camera(self, server: Any) -> None:
         """Look from the front and the right; what there is to see is left of the panel."""
         self._scene.set_up_direction("+z")
-        tracker = self._subject.study.instrument
+        tracker = tracker_of(self._subject.study.instrument)
         middle, extent = _middle(self._lower, self._upper)
-        if isinstance(tracker, LaserTracker):
+        if tracker is not None:
             low = np.minimum(self._lower, tracker.position)
             high = np.maximum(self._upper, tracker.position)
             middle, farther = _middle(low, high)

@@ -21,7 +21,7 @@ from elastocal.drawing.stage import Stage
 from elastocal.drawing.surfaces import Surface, aperture, wall
 from elastocal.drawing.traces import trace
 from elastocal.errors import InputError
-from elastocal.measuring.instrument import LaserTracker
+from elastocal.measuring.instrument import tracker_of
 from elastocal.robot.chain import Tool
 from elastocal.robot.posture import Posture
 from elastocal.robot.shapes import Shape
@@ -171,8 +171,8 @@ def beams(subject: Subject, tool: Tool, q: Array, rooms: Sequence[Room]) -> tupl
         rooms: Margins there; those of a marker say whether it is seen.
     """
     study = subject.study
-    tracker = study.instrument
-    if not isinstance(tracker, LaserTracker) or tool is not study.experiments.tool:
+    tracker = tracker_of(study.instrument)
+    if tracker is None or tool is not study.experiments.tool:
         return ()
     posture = Posture(study.robot, q[None])
     found = []

@@ -63,9 +63,17 @@ def length_unit(values: Iterable[float]) -> tuple[float, str]:
     return (1e6, "µm") if not finite or np.median(finite) < 1e-3 else (1e3, "mm")
 
 
+def angle_unit(values: Iterable[float]) -> tuple[float, str]:
+    """Factor from radians, and unit, that suit the typical one of small `values` [rad]."""
+    finite = [value for value in values if np.isfinite(value) and value > 0.0]
+    return (1e6, "µrad") if not finite or np.median(finite) < 1e-3 else (1e3, "mrad")
+
+
 def shown_unit(unit: str, values: Iterable[float] = ()) -> tuple[float, str]:
     """Factor from the SI `unit`, and unit, in which people read results such as `values` [unit]."""
-    return length_unit(values) if unit == "m" else _PEOPLE.get(unit, (1.0, unit))
+    if unit in _SMALL:
+        return _SMALL[unit](values)
+    return _PEOPLE.get(unit, (1.0, unit))
 
 
 def length(value: float, digits: int = 3) -> str:
@@ -75,10 +83,22 @@ def length(value: float, digits: int = 3) -> str:
 
 def length_and_unit(value: float, digits: int = 3) -> tuple[str, str]:
     """A small length [m] as a number and its unit, which is empty if it is not finite."""
+    return _with_unit(value, "m", digits)
+
+
+def small(value: float, unit: str, digits: int = 3) -> str:
+    """A small length [m] or angle [rad] with its unit."""
+    return " ".join(part for part in _with_unit(value, unit, digits) if part)
+
+
+def _with_unit(value: float, si: str, digits: int) -> tuple[str, str]:
     if not np.isfinite(value):
         return number(value), ""
-    factor, unit = length_unit([value])
+    factor, unit = shown_unit(si, [value])
     return number(factor * value, digits), unit
+
+
+_SMALL = {"m": length_unit, "rad": angle_unit}
 
 
 def percent(share: float) -> str:

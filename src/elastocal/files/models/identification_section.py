@@ -39,7 +39,11 @@ def identification_sections(found: Identification) -> dict[str, Any]:
             "lack_of_fit": None if lack is None else vars(lack),
             "correlation": found.correlation.tolist(),
             "singular_values": found.singular_values.tolist(),
-            "rms_residual_mm": 1e3 * summary(found.residual).rms,
+            **{
+                f"rms_residual_{_THOUSANDTH[kind.unit]}": 1e3
+                * summary(found.residual[kind.readings]).rms
+                for kind in found.measurements.quantities
+            },
             "experiments": _experiments(found),
         },
     }
@@ -57,8 +61,10 @@ def _experiments(found: Identification) -> list[dict[str, Any]]:
     data = found.measurements
     if len(data.cases) > _MOST:
         return []
-    worst = np.zeros(len(data.cases))
-    np.maximum.at(worst, data.case, np.linalg.norm(found.left_out, axis=1))
+    kinds, size = data.quantities, np.linalg.norm(found.left_out, axis=1)
+    worst = np.zeros((len(kinds), len(data.cases)))
+    for own, kind in zip(worst, kinds, strict=True):
+        np.maximum.at(own, data.case[kind.readings], size[kind.readings])
     weight = np.ones(len(data.cases))
     np.minimum.at(weight, data.case, found.weight)
     return [
@@ -66,7 +72,10 @@ def _experiments(found: Identification) -> list[dict[str, Any]]:
             "name": name,
             "leverage": float(found.influence.leverage[i]),
             "cook_distance": float(found.influence.cook[i]),
-            "left_out_error_mm": 1e3 * float(worst[i]),
+            **{
+                f"left_out_error_{_THOUSANDTH[kind.unit]}": 1e3 * float(own[i])
+                for own, kind in zip(worst, kinds, strict=True)
+            },
             "weight": float(weight[i]),
         }
         for i, name in enumerate(data.names)
@@ -76,25 +85,31 @@ def _experiments(found: Identification) -> list[dict[str, Any]]:
 def validation_document(found: Validation) -> dict[str, Any]:
     """A validation for programs."""
     data = found.measurements
-    before, after = found.by_experiment(found.before), found.by_experiment(found.after)
+    each: list[dict[str, Any]] = [{"name": name} for name in data.names]
+    sizes: dict[str, Any] = {}
+    for kind in data.quantities:
+        unit = _THOUSANDTH[kind.unit]
+        for when, error in (("before", found.before), ("after", found.after)):
+            sizes[f"{when}_{unit}"] = _thousandths(error[kind.readings])
+            for entry, value in zip(each, found.by_experiment(error, kind), strict=True):
+                entry[f"{when}_{unit}"] = 1e3 * float(value)
     return {
         "kept_aside": found.kept_aside,
         "experiments": len(data.cases),
         "readings": len(data),
-        "before_mm": _millimetres(found.before),
-        "after_mm": _millimetres(found.after),
+        **sizes,
         "confidence": found.confidence,
         "coordinates": found.coordinates,
         "share_inside": found.inside,
         "chi_square": found.chi_square,
         "degrees_of_freedom": found.dof,
         "p_value": found.p_value,
-        "each": [
-            {"name": name, "before_mm": 1e3 * float(b), "after_mm": 1e3 * float(a)}
-            for name, b, a in zip(data.names, before, after, strict=True)
-        ][:_MOST],
+        "each": each[:_MOST],
     }
 
 
-def _millimetres(error: Any) -> dict[str, float]:
+_THOUSANDTH = {"m": "mm", "rad": "mrad"}
+
+
+def _thousandths(error: Any) -> dict[str, float]:
     return {name: 1e3 * value for name, value in vars(summary(error)).items()}

@@ -1,6 +1,9 @@
-"""What measures the deflections: isotropic noise, or a tracker that stands somewhere."""
+"""What measures the deflections: isotropic noise, or a tracker that stands somewhere; points only,
+or whole poses."""
 
 from __future__ import annotations
+
+from typing import Literal
 
 import numpy as np
 
@@ -14,10 +17,11 @@ from elastocal.files.values import (
     Name,
     PositiveMicrometres,
     PositiveMillimetres,
+    PositiveMilliradians,
     Section,
 )
 from elastocal.files.yaml_lines import LocatedError
-from elastocal.measuring.instrument import PRESETS, Instrument, Isotropic, LaserTracker
+from elastocal.measuring.instrument import PRESETS, Instrument, Isotropic, LaserTracker, PoseProbe
 
 _NOISE = ("along_um", "along_um_per_m", "across_um", "across_um_per_m")
 
@@ -39,14 +43,34 @@ class TrackerFile(Section):
 
 
 class InstrumentFile(Section):
-    """How well a coordinate is measured."""
+    """What is measured: points, or points and the rotation of the flange; and how well."""
 
+    measures: Literal["position", "pose"] = "position"
     sigma_mm: PositiveMillimetres | None = None
     tracker: TrackerFile | None = None
+    sigma_mrad: PositiveMilliradians | None = None
 
 
 def instrument_of(entry: InstrumentFile) -> Instrument:
     """What measures the deflections."""
+    if entry.measures == "position":
+        if entry.sigma_mrad is not None:
+            raise LocatedError(
+                ("sigma_mrad",),
+                "sigma_mrad is the noise of a rotation, and positions alone are measured; with a "
+                "6-D probe give measures: pose",
+            )
+        return _of_points(entry)
+    if entry.sigma_mrad is None:
+        raise InputError(
+            "measures: pose needs sigma_mrad, the standard deviation of one component of a "
+            "measured rotation (0.01° are 0.175 mrad)"
+        )
+    return PoseProbe(_of_points(entry), entry.sigma_mrad)
+
+
+def _of_points(entry: InstrumentFile) -> Instrument:
+    """What measures positions."""
     if (entry.sigma_mm is None) == (entry.tracker is None):
         raise InputError("give exactly one of sigma_mm and tracker")
     if entry.sigma_mm is not None:

@@ -125,6 +125,10 @@ def _study(file: StudyFile, path: Path, text: str, given: KnownOf | None) -> Stu
     for name, entry in file.tools.items():
         with at("tools", name):
             tools[name] = tool_of(name, entry)
+    probed = file.experiments.tool
+    if file.instrument.measures == "pose" and probed in tools:
+        with at("tools", probed):
+            tools[probed] = replace(tools[probed], rotation=True)
     poses: list[TestPose | TestPath] = []
     for i, pose in enumerate(file.test_poses):
         with at("test_poses", i):

@@ -13,14 +13,16 @@ from markupsafe import Markup
 from elastocal.arrays import Array
 from elastocal.drawing.svg import Scale, drawing, line, tag, text
 from elastocal.report.charts.axes import axis_left, legend, legend_height, names_below
-from elastocal.wording.numbers import length_unit
+from elastocal.wording.numbers import shown_unit
 
 _HEIGHT = 260.0
 _MOST = 200  # experiments drawn
 
 
-def dumbbell_chart(before: Array, after: Array, names: Sequence[str], width: float) -> Markup:
-    """Errors before and after, (N,) [m], one column for each experiment."""
+def dumbbell_chart(
+    before: Array, after: Array, names: Sequence[str], width: float, si: str = "m"
+) -> Markup:
+    """Errors before and after, (N,) [unit `si`], one column for each experiment."""
     count = len(before)
     chosen = np.arange(count)
     if count > _MOST:  # the worst ones, and others evenly
@@ -33,8 +35,9 @@ def dumbbell_chart(before: Array, after: Array, names: Sequence[str], width: flo
     if not len(values):
         values = np.array([1e-6])
     steep = values.max() > 6.0 * values.min()
-    factor, unit = length_unit([float(np.sqrt(values.max() * values.min()))])
-    items = [("ring", "before: measured deflection"), ("dot", "after: model subtracted")]
+    factor, unit = shown_unit(si, [float(np.sqrt(values.max() * values.min()))])
+    what = "deflection" if si == "m" else "rotation"
+    items = [("ring", f"before: measured {what}"), ("dot", "after: model subtracted")]
     left, right = 58.0, width - 8.0
     top = 38.0 + legend_height(items, left, right)
     bottom = top + _HEIGHT

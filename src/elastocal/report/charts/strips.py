@@ -14,7 +14,7 @@ from markupsafe import Markup
 from elastocal.arrays import Array, IntArray
 from elastocal.drawing.svg import Scale, drawing, line, tag, text
 from elastocal.report.charts.axes import axis_left, legend, legend_height, names_below
-from elastocal.wording.numbers import length_unit
+from elastocal.wording.numbers import shown_unit
 
 _MOST = 900  # readings drawn in one picture
 _HEIGHT, _GAP = 104.0, 20.0
@@ -25,11 +25,12 @@ class Strips:
     """What to draw.
 
     Attributes:
-        error: (R, 3) errors [m].
-        half: (R, 3) half widths of the band around zero [m].
+        error: (R, 3) errors [unit].
+        half: (R, 3) half widths of the band around zero [unit].
         case: (R,) experiment of each reading.
         names: Names of the experiments.
         band: What the band is, in words.
+        unit: SI unit of the errors: "m", or "rad" for rotations about x, y and z.
     """
 
     error: Array
@@ -37,6 +38,7 @@ class Strips:
     case: IntArray
     names: Sequence[str]
     band: str
+    unit: str = "m"
 
     @property
     def shown(self) -> IntArray:
@@ -65,7 +67,7 @@ def strips_chart(strips: Strips, width: float) -> Markup:
     error, half, case = strips.error[shown], strips.half[shown], strips.case[shown]
     finite = half[np.isfinite(half)]
     most = max(float(np.abs(error).max(initial=0.0)), float(finite.max(initial=0.0)), 1e-12)
-    factor, unit = length_unit([most / 3.0])
+    factor, unit = shown_unit(strips.unit, [most / 3.0])
     left, right = 66.0, width - 8.0
     used = np.unique(case)
     column = (right - left) / len(used)

@@ -8,7 +8,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 
+from elastocal.arrays import Array
 from elastocal.drawing.picture import portrait
 from elastocal.identification.doubts import doubts
 from elastocal.identification.residuals import (
@@ -19,7 +21,7 @@ from elastocal.identification.residuals import (
 )
 from elastocal.identification.result import Identification
 from elastocal.identification.validation import summary
-from elastocal.measuring.measurements import Measurements
+from elastocal.measuring.measurements import Measurements, Quantity
 from elastocal.report.charts.correlation import combinations_chart, correlation_chart
 from elastocal.report.charts.forest import close_up, forest_chart
 from elastocal.report.charts.leverage import leverage_chart
@@ -34,7 +36,7 @@ from elastocal.report.section import Chapter, PageSection, Values
 from elastocal.report.verdict import Tile
 from elastocal.wording import worded
 from elastocal.wording.lists import counted
-from elastocal.wording.numbers import length, number, percent, plain
+from elastocal.wording.numbers import length, number, percent, plain, small
 from elastocal.wording.numbers import sure as sure_of
 
 _WORST = 3  # combinations shown
@@ -81,33 +83,40 @@ def readings_remarks(data: Measurements) -> tuple[str, ...]:
 
 def tiles(found: Identification) -> list[Tile]:
     """The numbers that matter most."""
-    data, sigma = found.measurements, found.measurements.noise
-    whole, left = summary(data.deflection).rms, summary(found.residual).rms
+    data = found.measurements
+    rotation = " and the rotation" if data.tool.rotation else ""
     made = [
         Tile(
             "Readings",
             str(len(data)),
-            f"of {counted(len(data.tool.markers), 'marker')} in "
+            f"of {counted(len(data.tool.markers), 'marker')}{rotation} in "
             f"{counted(len(data.cases), 'experiment')}, "
             f"{counted(int(found.configuration.max()) + 1, 'distinct load case')}.",
         )
     ]
     if np.isfinite(found.scale):
+        sigmas = [(data.noise_of(kind), kind.unit) for kind in data.quantities]
+        promised = " and ".join(small(sigma, unit) for sigma, unit in sigmas)
         made.append(
             Tile(
                 "Noise found",
-                length(found.scale * sigma),
+                " and ".join(small(found.scale * sigma, unit) for sigma, unit in sigmas),
                 f"Standard deviation of one coordinate, from {found.dof} degrees of freedom: "
-                f"{number(found.scale, 2)} times what was promised, {length(sigma)}.",
+                f"{number(found.scale, 2)} times what was promised, {promised}.",
             )
         )
-    made.append(
-        Tile(
-            "Explained",
-            percent(1.0 - left / whole) if whole > 0.0 else "–",
-            f"Deflections of {length(whole)} (RMS) leave residuals of {length(left)}.",
+    for kind in data.quantities:
+        whole = summary(data.deflection[kind.readings]).rms
+        left = summary(found.residual[kind.readings]).rms
+        position = kind.unit == "m"
+        made.append(
+            Tile(
+                "Explained" if position else "Rotations explained",
+                percent(1.0 - left / whole) if whole > 0.0 else "–",
+                f"{'Deflections' if position else 'Rotations'} of {small(whole, kind.unit)} (RMS) "
+                f"leave residuals of {small(left, kind.unit)}.",
+            )
         )
-    )
     return made
 
 
@@ -165,15 +174,33 @@ def _residuals(found: Identification) -> Values:
     """How the residuals are spread."""
     data, quantiles = found.measurements, residual_quantiles(found)
     band = twice_the_noise(found)
-    strips = Strips(found.residual, band, data.case, data.names, "twice the noise")
     return {
-        "strips": two_widths(lambda width: strips_chart(strips, width)),
-        "strips_remark": strips.remark,
+        "strips": [
+            reading_strips(found.residual, band, data, kind, "twice the noise")
+            for kind in data.quantities
+        ],
         "inside": percent(share_inside(found)),
         "estimated": found.how.estimates_sigma,
         "quantiles": None if quantiles is None else quantile_chart(quantiles),
         "lack": lack_of_fit_in_words(found),
     }
+
+
+def reading_strips(
+    error: Array, half: Array, data: Measurements, kind: Quantity, band: str
+) -> tuple[Markup, str]:
+    """Strips of the readings of a kind, and what is not drawn of them.
+
+    Args:
+        error: (R, 3) errors of all readings [m, rad].
+        half: (R, 3) half widths of their bands.
+        data: The readings.
+        kind: Which are drawn.
+        band: What the band is, in words.
+    """
+    own = kind.readings
+    strips = Strips(error[own], half[own], data.case[own], data.names, band, kind.unit)
+    return two_widths(lambda width: strips_chart(strips, width)), strips.remark
 
 
 def lack_of_fit_in_words(found: Identification) -> str:

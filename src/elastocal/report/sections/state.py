@@ -13,7 +13,7 @@ import numpy as np
 from elastocal.compensation.compensate import Compensation
 from elastocal.compensation.remaining import alarms, rms
 from elastocal.identification.result import Identification
-from elastocal.identification.validation import Validation, summary
+from elastocal.identification.validation import Validation
 from elastocal.planning.plan import Plan
 from elastocal.report.contents import Contents
 from elastocal.report.section import PageSection
@@ -26,7 +26,7 @@ from elastocal.simulation.monte_carlo import MonteCarlo
 from elastocal.simulation.prediction import doubts_of_campaigns
 from elastocal.wording import worded
 from elastocal.wording.lists import counted
-from elastocal.wording.numbers import length, number, percent, sure
+from elastocal.wording.numbers import length, number, percent, small, sure
 
 _NEXT = {
     "Planned": "no plan in this report",
@@ -122,8 +122,13 @@ def _identified(found: Identification) -> Step:
         f"{counted(len(found.measurements.cases), 'experiment')}."
     )
     if np.isfinite(found.scale):
-        sigma = found.measurements.noise
-        said += f" Noise found: σ = {length(found.scale * sigma)}, promised {length(sigma)}."
+        data = found.measurements
+        for kind in data.quantities:
+            sigma, of = data.noise_of(kind), "" if kind.unit == "m" else "of rotations "
+            said += (
+                f" Noise {of}found: σ = {small(found.scale * sigma, kind.unit)}, promised "
+                f"{small(sigma, kind.unit)}."
+            )
     largest = float(relative[worst])
     value = f"± {number(100.0 * largest, 2)} %" if largest < 1.0 else "± over 100 %"
     return Step("Identified", "identification", value, said)
@@ -131,13 +136,14 @@ def _identified(found: Identification) -> Step:
 
 def _validated(found: Validation) -> Step:
     """What the model removes."""
-    before, after = summary(found.before), summary(found.after)
+    first, *others = (removed(found, kind) for kind in found.measurements.quantities)
+    turned = "".join(f"; {o.share} of the {o.what}, {o.before} → {o.after}" for o in others)
     said = (
-        f"of the deflection removed, {length(before.rms)} → {length(after.rms)}, in "
+        f"of the {first.what} removed, {first.before} → {first.after}{turned}, in "
         f"{origin(found)}. {percent(found.inside)} inside intervals that promise "
         f"{sure(found.confidence)}."
     )
-    return Step("Validated", "validation", percent(removed(found)), said)
+    return Step("Validated", "validation", first.share, said)
 
 
 def _compensated(contents: Contents, done: Compensation) -> Step:

@@ -5,18 +5,22 @@ In: validation. Out: the section.
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import dataclass
 
-from elastocal.identification.validation import Validation, doubts_of_validation, summary
+import numpy as np
+from markupsafe import Markup
+
+from elastocal.identification.validation import Validation, doubts_of_validation
+from elastocal.measuring.measurements import Quantity
 from elastocal.report.charts.dumbbells import dumbbell_chart
-from elastocal.report.charts.strips import Strips, strips_chart
 from elastocal.report.contents import Contents
 from elastocal.report.layout import two_widths
 from elastocal.report.section import Chapter, PageSection, Values
+from elastocal.report.sections.identification import reading_strips
 from elastocal.report.tables import BarTable, Row
 from elastocal.wording import worded
 from elastocal.wording.lists import counted
-from elastocal.wording.numbers import length, number, percent, sure
+from elastocal.wording.numbers import number, percent, small, sure
 
 
 def validation_chapter(contents: Contents) -> Chapter | None:
@@ -27,10 +31,32 @@ def validation_chapter(contents: Contents) -> Chapter | None:
     return Chapter("Validation", (PageSection("validation", "Before and after", _values(found)),))
 
 
-def removed(found: Validation) -> float:
-    """Share of the deflection, as root mean square, that the model removes."""
-    before = summary(found.before).rms
-    return 1.0 - summary(found.after).rms / before if before > 0.0 else float("nan")
+@dataclass(frozen=True)
+class Removed:
+    """What the model removes of the readings of one kind.
+
+    Attributes:
+        what: What it is called: "deflection" or "rotation".
+        share: Share removed, as root mean square.
+        before: Root mean square before, with its unit.
+        after: After.
+    """
+
+    what: str
+    share: str
+    before: str
+    after: str
+
+
+def removed(found: Validation, kind: Quantity) -> Removed:
+    """What the model removes of the readings of one kind."""
+    before, after = (size.rms for size in found.sizes(kind))
+    return Removed(
+        "deflection" if kind.unit == "m" else kind.name,
+        percent(1.0 - after / before if before > 0.0 else float("nan")),
+        small(before, kind.unit),
+        small(after, kind.unit),
+    )
 
 
 def origin(found: Validation) -> str:
@@ -51,33 +77,50 @@ def validation_remarks(found: Validation) -> tuple[str, ...]:
 def _values(found: Validation) -> Values:
     """Errors with and without the model."""
     data = found.measurements
-    before, after = found.by_experiment(found.before), found.by_experiment(found.after)
     band = f"{sure(found.confidence)} prediction interval"
-    strips = Strips(found.after, found.half_width, data.case, data.names, band)
-    sizes = summary(found.before), summary(found.after)
-    rows = tuple(
-        Row((name, length(a), length(b), percent(1.0 - b / a) if a > 0.0 else "–"))
-        for name, a, b in (
-            ("Root mean square", sizes[0].rms, sizes[1].rms),
-            ("Mean", sizes[0].mean, sizes[1].mean),
-            ("Largest", sizes[0].largest, sizes[1].largest),
-        )
-    )
     return {
-        "removed": percent(removed(found)),
-        "before": length(sizes[0].rms),
-        "after": length(sizes[1].rms),
+        "removed": [removed(found, kind) for kind in data.quantities],
         "origin": origin(found),
         "kept_aside": found.kept_aside,
-        "dumbbells": two_widths(lambda w: dumbbell_chart(before, after, data.names, w)),
-        "table": BarTable(("Length of the error", "Before", "After", "Removed"), rows),
+        "each": [(_dumbbells(found, kind), _table(found, kind)) for kind in data.quantities],
         "inside": percent(found.inside),
         "predicted": found.coordinates,
         "promised": sure(found.confidence),
         "p_value": number(found.p_value, 2),
         "likely": bool(found.p_value >= 1e-3),
-        "strips": two_widths(lambda w: strips_chart(strips, w)),
-        "strips_remark": strips.remark,
+        "strips": [
+            reading_strips(found.after, found.half_width, data, kind, band)
+            for kind in data.quantities
+        ],
         "remarks": validation_remarks(found),
         "unknown": int((~np.isfinite(found.half_width)).any(axis=1).sum()),
     }
+
+
+def _dumbbells(found: Validation, kind: Quantity) -> Markup:
+    """Errors of one kind, experiment by experiment."""
+    data = found.measurements
+    before, after = (found.by_experiment(error, kind) for error in (found.before, found.after))
+    return two_widths(lambda w: dumbbell_chart(before, after, data.names, w, kind.unit))
+
+
+def _table(found: Validation, kind: Quantity) -> BarTable:
+    """Sizes of the errors of one kind."""
+    before, after = found.sizes(kind)
+    rows = tuple(
+        Row(
+            (
+                name,
+                small(a, kind.unit),
+                small(b, kind.unit),
+                percent(1.0 - b / a) if a > 0.0 else "–",
+            )
+        )
+        for name, a, b in (
+            ("Root mean square", before.rms, after.rms),
+            ("Mean", before.mean, after.mean),
+            ("Largest", before.largest, after.largest),
+        )
+    )
+    what = "Length of the error" if kind.unit == "m" else "Angle of the error"
+    return BarTable((what, "Before", "After", "Removed"), rows)
