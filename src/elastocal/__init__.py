@@ -87,7 +87,7 @@ _PUBLIC = {
     "Outliers": "elastocal.simulation.virtual_campaign",
     "Reality": "elastocal.simulation.virtual_campaign",
     "campaigns": "elastocal.simulation.monte_carlo",
-    "MonteCarlo": "elastocal.simulation.monte_carlo",
+    "MonteCarlo": "elastocal.simulation.campaigns",
     "read_model": "elastocal.files.models.model_file",
     "write_model": "elastocal.files.models.writing",
     "Approach": "elastocal.programs.approach",

@@ -61,12 +61,14 @@ def report(folder: Path, tmp_path: Path, *options: str) -> tuple[Any, str]:
 def test_the_whole_campaign(folder: Path, tmp_path: Path) -> None:
     options = ["--measurements", "m.csv", "--model", "model.json", "--validation", "v.csv"]
     options += ["--path", "path.csv", "--truth", "truth.json", "--campaigns", "20"]
+    options += ["--random", "4"]
     result, page = report(folder, tmp_path, *options)
     ok(result)
     for section in ("identification", "validation", "remaining", "monte-carlo", "run-sheet"):
         assert f'id="{section}"' in page
     assert "took no part in the identification" in page
     assert "negative control" in page
+    assert "4 random plans" in page
 
 
 def test_nothing_kept_aside(folder: Path, tmp_path: Path) -> None:
@@ -109,6 +111,7 @@ def test_numbers_in_a_model_are_not_believed(folder: Path, tmp_path: Path) -> No
         (["--validation", "v.csv"], "validation needs --measurements or --model"),
         (["--path", "path.csv"], "a path needs --measurements or --model"),
         (["--campaigns", "10"], "--campaigns needs --truth"),
+        (["--random", "10"], "--random needs --campaigns"),
         (["--measurements", "m.csv", "--validation", "m.csv"], "leave --validation out"),
         (["--measurements", "path.csv"], "path.csv"),
     ],

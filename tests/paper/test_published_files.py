@@ -63,7 +63,7 @@ def test_table_2_files_are_the_repaired_rows() -> None:
 
 def plans_of(m: int) -> dict[int, Path]:
     """The plan of m configurations, once and repeated to twelve experiments."""
-    name = f"{m}-configurations"
+    name = f"m{m}"
     files = {m: KR270 / "published" / f"{name}.csv"}
     return files if m == 12 else files | {12: files[m].with_name(f"{name}-times-{12 // m}.csv")}
 
@@ -88,16 +88,16 @@ def test_tables_5_to_7() -> None:
             assert rho0 == pytest.approx(by_the_robot[m], rel=1e-4)
     study = ec.read_study(published / "study.yaml")
     for m, rows in TABLE_5.items():
-        plan = ec.read_proposal(published / f"{m}-configurations.csv", study)
+        plan = ec.read_proposal(published / f"m{m}.csv", study)
         np.testing.assert_allclose(plan.load_cases.q[:, 1:], np.radians(rows), atol=1e-12)
 
 
 def test_the_limit_of_30_degrees_refuses_what_rounding_broke() -> None:
     """Negative control: all but the plan of four configurations, by at most 0.06 degrees."""
-    files = [KR270 / "published" / f"{m}-configurations.csv" for m in TABLE_5]
+    files = [KR270 / "published" / f"m{m}.csv" for m in TABLE_5]
     found = evaluated(KR270 / "study.yaml", *files, code=3)
     accepted = {name for name, one in found.items() if one["accepted"]}
-    assert accepted == {"4-configurations.csv"}
+    assert accepted == {"m4.csv"}
     doubts = [doubt for one in found.values() for doubt in one["doubts"]]
     assert {doubt["code"] for doubt in doubts} == {"constraint-broken"}
     off = [np.degrees(doubt["numbers"]["by"]) for doubt in doubts]

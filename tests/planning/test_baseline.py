@@ -104,11 +104,11 @@ def test_evaluate_says_how_much_better_a_plan_is() -> None:
 
 def test_a_baseline_that_is_not_allowed_is_said_and_refuses_no_plan() -> None:
     published = EXAMPLES / "kr270" / "published"
-    plan = published / "3-configurations.csv"
+    plan = published / "m3.csv"
     found = json.loads(evaluated(published / "study.yaml", plan, "--at-test-poses", "--json"))
     baseline = found["in the test poses"]
     assert not baseline["accepted"]
     assert {d["code"] for d in baseline["doubts"]} == {"constraint-broken", "confounded"}
-    assert found["3-configurations.csv"]["accepted"]
+    assert found["m3.csv"]["accepted"]
     said = evaluated(published / "study_table_7.yaml", plan, "--at-test-poses", code=2)
     assert "'milling' is given as a matrix" in said

@@ -28,7 +28,8 @@ from elastocal.planning.trade_off import TradeOff
 from elastocal.report.contents import Contents
 from elastocal.robot.chain import Joint, Robot, Tool, transform
 from elastocal.robot.sources import kuka_kr270, three_link
-from elastocal.simulation.monte_carlo import MonteCarlo, campaigns
+from elastocal.simulation.campaigns import MonteCarlo
+from elastocal.simulation.monte_carlo import campaigns
 from elastocal.simulation.virtual_campaign import simulate
 from elastocal.study.study import Experiments, Study, springs_of
 from elastocal.study.study import test_pose as pose_of

@@ -23,7 +23,8 @@ from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
 from elastocal.measuring.instrument import LaserTracker, PoseProbe
 from elastocal.robot.shapes import BodyMass
-from elastocal.simulation.monte_carlo import CHUNK, Campaigns, MonteCarlo, campaigns
+from elastocal.simulation.campaigns import Campaigns, MonteCarlo
+from elastocal.simulation.monte_carlo import CHUNK, campaigns
 from elastocal.simulation.remaining_error import errors_left, judge
 from elastocal.simulation.virtual_campaign import LoadError, Outliers, Reality, simulate
 from elastocal.study.study import Study

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from elastocal.simulation.monte_carlo import Campaigns, MonteCarlo, campaigns
+from elastocal.simulation.campaigns import Campaigns, MonteCarlo
+from elastocal.simulation.monte_carlo import campaigns
 from elastocal.simulation.prediction import (
     Cloud,
     chance,

@@ -46,6 +46,9 @@ def report_command(
     campaigns: Annotated[
         int | None, typer.Option(help="Virtual campaigns of this plan and those with --vs.")
     ] = None,
+    random: Annotated[
+        int, typer.Option(help="Random plans beside them, with campaigns of their own.", min=0)
+    ] = 0,
     confidence: Annotated[float, typer.Option(help="Confidence of the intervals.")] = 0.95,
     seed: Seed = 0,
 ) -> None:
@@ -64,6 +67,8 @@ def report_command(
     files = Files(measurements or [], model, mapping, prior, known, validation or [], path, truth)
     if campaigns is not None and truth is None:
         raise InputError("--campaigns needs --truth: true compliances to simulate with")
+    if random and campaigns is None:
+        raise InputError("--random needs --campaigns: how many to simulate")
     writable(out, plan_file, *([study_file] if study_file else []), *(vs or []), *files.all)
     given = None if study_file is None else read_study(study_file)
     with progress("bound") as tell:
@@ -75,6 +80,6 @@ def report_command(
     if campaigns is not None and truth is not None:
         true = read_model(truth, plan.study.robot)
         plans = {name: (o.load_cases, o.repeats) for name, o in proposed.items()}
-        simulated = virtual_campaigns(plan, plans, true, campaigns)
+        simulated = virtual_campaigns(plan, plans, true, campaigns, random)
         contents = replace(contents, monte_carlo=simulated)
     write_report(contents, out, quick=quick, seed=seed)

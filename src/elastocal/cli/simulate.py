@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Annotated, cast, get_args
 import typer
 
 from elastocal.cli.common import Json, Seed, StudyPath, app, guarded, print_json, writable
+from elastocal.errors import InputError
 from elastocal.identification.choices import Model, Sigma
 
 if TYPE_CHECKING:
     from elastocal.measuring.measurements import Measurements
-    from elastocal.simulation.monte_carlo import MonteCarlo
+    from elastocal.simulation.campaigns import MonteCarlo
     from elastocal.study.study import Study
 
 
@@ -58,6 +59,13 @@ def simulate_command(
     ] = None,
     fit: Annotated[str, typer.Option(help=f"Fit of the campaigns: {_FITS}.")] = "equilibrium",
     sigma: Annotated[str, typer.Option(help=f"σ of the campaigns: {_SIGMAS}.")] = "known",
+    random: Annotated[
+        int, typer.Option(help="Random plans beside, with campaigns of their own.", min=0)
+    ] = 0,
+    picture: Annotated[
+        Path | None,
+        typer.Option(help="Draw the errors to this file (SVG).", show_default=False),
+    ] = None,
     workers: Annotated[int, typer.Option(help="Processes for the campaigns.", min=1)] = 1,
     seed: Seed = 0,
     as_json: Json = False,
@@ -75,6 +83,10 @@ def simulate_command(
     from elastocal.simulation.virtual_campaign import LoadError, Outliers, Reality, simulate
 
     out = out or Path("measurements.csv" if number is None else "campaigns.json")
+    if number is None and (random or picture is not None):
+        raise InputError("--random and --picture need --campaigns: how many to simulate")
+    if picture is not None:
+        writable(picture, study_file, truth, *plans, suffix=".svg")
     writable(out, study_file, truth, *plans, suffix=".csv" if number is None else ".json")
     study = read_study(study_file)
     true = read_model(truth, study.robot)
@@ -105,10 +117,21 @@ def simulate_command(
             workers=workers,
             how=Fit(cast(Model, fit), cast(Sigma, sigma)),
             reality=reality,
+            random=random,
             progress=tell,
         )
     write_campaigns(result, study.fitted, out)
-    _say_campaigns(result, study, out, as_json)
+    if picture is not None:
+        _draw(result, picture)
+    _say_campaigns(result, study, out, picture, as_json)
+
+
+def _draw(result: MonteCarlo, picture: Path) -> None:
+    """Write the histograms."""
+    from elastocal.files.texts import write_text
+    from elastocal.report.sections.monte_carlo import campaigns_picture
+
+    write_text(picture, campaigns_picture(result))
 
 
 def _say_measurements(made: Measurements, out: Path, as_json: bool) -> None:
@@ -134,7 +157,9 @@ def _say_measurements(made: Measurements, out: Path, as_json: bool) -> None:
         )
 
 
-def _say_campaigns(result: MonteCarlo, study: Study, out: Path, as_json: bool) -> None:
+def _say_campaigns(
+    result: MonteCarlo, study: Study, out: Path, picture: Path | None, as_json: bool
+) -> None:
     """What many of them came to."""
     from elastocal.files.models.campaign_file import campaigns_document
     from elastocal.terminal.campaigns import show_campaigns
@@ -143,4 +168,4 @@ def _say_campaigns(result: MonteCarlo, study: Study, out: Path, as_json: bool) -
         print_json(campaigns_document(result, study.fitted))
         return
     show_campaigns(result)
-    print(f"wrote {out}")
+    print(f"wrote {out}" + (f" and {picture}" if picture is not None else ""))

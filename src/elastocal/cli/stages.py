@@ -34,7 +34,8 @@ from elastocal.planning.plan import Plan
 from elastocal.planning.trade_off import random_plans, trade_off
 from elastocal.report import html
 from elastocal.report.contents import Contents
-from elastocal.simulation.monte_carlo import MonteCarlo, campaigns
+from elastocal.simulation.campaigns import MonteCarlo
+from elastocal.simulation.monte_carlo import campaigns
 from elastocal.study.study import Study
 from elastocal.terminal.console import progress
 
@@ -152,12 +153,18 @@ def with_compensation(
 
 
 def virtual_campaigns(
-    plan: Plan, others: dict[str, tuple[LoadCases, IntArray]], truth: ComplianceModel, number: int
+    plan: Plan,
+    others: dict[str, tuple[LoadCases, IntArray]],
+    truth: ComplianceModel,
+    number: int,
+    random: int = 0,
 ) -> MonteCarlo:
-    """Many virtual campaigns of the plan and of others: load cases with repeats, by name."""
+    """Many virtual campaigns of the plan, of others by name, and of random ones."""
     named = {"this plan": (plan.load_cases, plan.repeats)} | others
     with progress("campaigns") as tell:
-        return campaigns(plan.study, truth, named, number, seed=plan.seed, progress=tell)
+        return campaigns(
+            plan.study, truth, named, number, seed=plan.seed, random=random, progress=tell
+        )
 
 
 def write_report(contents: Contents, path: Path, *, quick: bool, seed: int) -> None:

@@ -38,7 +38,7 @@ from elastocal.identification.validation import Validation, validate
 from elastocal.measuring.measurements import Measurements
 from elastocal.planning.plan import Plan
 from elastocal.report.contents import Contents
-from elastocal.simulation.monte_carlo import MonteCarlo
+from elastocal.simulation.campaigns import MonteCarlo
 from elastocal.simulation.virtual_campaign import simulate
 from elastocal.study.study import Study
 from elastocal.terminal.compensations import show_compensation

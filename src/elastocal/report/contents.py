@@ -13,7 +13,7 @@ from elastocal.identification.validation import Validation
 from elastocal.planning.assessment import Assessment
 from elastocal.planning.plan import Plan
 from elastocal.planning.trade_off import TradeOff
-from elastocal.simulation.monte_carlo import MonteCarlo
+from elastocal.simulation.campaigns import MonteCarlo
 
 
 @dataclass(frozen=True)

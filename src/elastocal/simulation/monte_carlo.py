@@ -7,19 +7,20 @@ left at the test poses when their compliances are used for compensation.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.errors import InputError
+from elastocal.errors import IdentifiabilityError, InputError
 from elastocal.fitting.goodness import quantile
 from elastocal.identification.batch import Design, fit_all, predicted_covariance
 from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
 from elastocal.simulation.beforehand import as_known, drawn, rows_known
+from elastocal.simulation.campaigns import Campaigns, MonteCarlo, RandomCampaigns
 from elastocal.simulation.remaining_error import Judge, errors_left, judge
 from elastocal.simulation.virtual_campaign import (
     Reality,
@@ -34,124 +35,12 @@ from elastocal.simulation.virtual_campaign import (
 )
 from elastocal.study.study import Study
 
+_POOL = 20_000  # random load cases that random plans are drawn from
+
 CHUNK = 250
 """Campaigns computed together. Fixed, so that results do not depend on the number of workers."""
 
 Progress = Callable[[str, float], None]
-
-
-@dataclass(frozen=True)
-class Campaigns:
-    """K virtual campaigns of one plan that fit p compliances, judged at T test poses.
-
-    Attributes:
-        name: Name of the plan.
-        experiments: Experiments in each campaign.
-        truth: (p,) true compliances [rad/(N·m) or m/N].
-        estimate: (K, p) estimates.
-        standard_error: (K, p) as each campaign reports them.
-        quantile: Half width of a 95 % interval in standard errors.
-        covariance: (p, p) predicted from the plan alone.
-        error: (K, T) distance between target and tool at the test poses after compensation [m]; of
-            a path its root mean square.
-        weight: (T,) weights of the test poses, of sum 1.
-        loss: (p, p) matrix Q of the squared error dkᵀ Q dk over the test poses, to first order.
-        rho0_each: (T,) predicted root mean squares of `error` [m].
-
-    Source: paper eqs. (13), (17), (20).
-    """
-
-    name: str
-    experiments: int
-    truth: Array
-    estimate: Array
-    standard_error: Array
-    quantile: float
-    covariance: Array
-    error: Array
-    weight: Array
-    loss: Array
-    rho0_each: Array
-
-    @property
-    def predicted_error(self) -> Array:
-        """(p,) predicted standard errors."""
-        return np.sqrt(np.diagonal(self.covariance))
-
-    @property
-    def bias(self) -> Array:
-        """(p,) mean estimate minus truth, in predicted standard errors."""
-        return np.asarray((self.estimate.mean(axis=0) - self.truth) / self.predicted_error)
-
-    @property
-    def spread(self) -> Array:
-        """(p,) standard deviation of the estimates over the predicted one."""
-        return np.asarray(self.estimate.std(axis=0, ddof=1) / self.predicted_error)
-
-    @property
-    def coverage(self) -> Array:
-        """(p,) share of the 95 % intervals that contain the truth."""
-        off = np.abs(self.estimate - self.truth)
-        return np.asarray(np.mean(off <= self.quantile * self.standard_error, axis=0))
-
-    @property
-    def rho0(self) -> float:
-        """Predicted root mean square error over test poses and campaigns [m]."""
-        return float(np.sqrt(self.weight @ self.rho0_each**2))
-
-    @property
-    def total(self) -> Array:
-        """(K,) root mean square error over the test poses [m]."""
-        return np.asarray(np.sqrt(self.error**2 @ self.weight))
-
-    @property
-    def rms(self) -> float:
-        """Root mean square error found [m]."""
-        return float(np.sqrt(np.mean(self.total**2)))
-
-    def likelihood_ratio(self) -> tuple[float, float]:
-        """Statistic and p-value of "the estimates scatter as predicted".
-
-        With S the covariance of the whitened estimates about their mean, ν (tr S - log det S - p)
-        with ν = K - 1 follows χ² with p (p + 1)/2 degrees of freedom.
-
-        Source: Anderson, An Introduction to Multivariate Statistical Analysis, ch. 10.
-        """
-        from scipy.special import chdtrc
-
-        scale = self.predicted_error
-        root = np.linalg.cholesky(self.covariance / np.outer(scale, scale))
-        white = np.linalg.solve(root, ((self.estimate - self.truth) / scale).T)
-        p, count = white.shape
-        found = np.cov(white).reshape(p, p)
-        statistic = (count - 1) * (np.trace(found) - np.linalg.slogdet(found)[1] - p)
-        return float(statistic), float(chdtrc(p * (p + 1) / 2, statistic))
-
-
-@dataclass(frozen=True)
-class MonteCarlo:
-    """Virtual campaigns of several plans.
-
-    Attributes:
-        springs: Names of the p fitted compliances: those to identify, and those that each campaign
-            knew as well as the study does.
-        known: Springs of the truth that are not fitted; every campaign knew them.
-        test_poses: Names of the T test poses.
-        plans: The campaigns of each plan.
-        number: Campaigns of each plan.
-        seed: Seed of the first.
-        how: How they were fitted.
-        linear: Whether the truth was linear.
-    """
-
-    springs: tuple[str, ...]
-    known: tuple[str, ...]
-    test_poses: tuple[str, ...]
-    plans: tuple[Campaigns, ...]
-    number: int
-    seed: int
-    how: Fit
-    linear: bool
 
 
 @dataclass(frozen=True)
@@ -177,6 +66,7 @@ def campaigns(
     workers: int = 1,
     how: Fit | None = None,
     reality: Reality | None = None,
+    random: int = 0,
     progress: Progress | None = None,
 ) -> MonteCarlo:
     """Simulate, identify and judge `number` campaigns of every plan.
@@ -195,10 +85,12 @@ def campaigns(
         how: How to fit; robust losses and bounds are not available here.
         reality: Load errors, outliers; a linear truth is judged by the regressors of the test
             poses.
+        random: Random plans beside, with as many experiments as the first plan and together as many
+            campaigns as one plan has, at least 2 each; 0 for none.
         progress: Told what is going on.
 
     Raises:
-        InputError: the truth lacks a spring; fewer than 2 campaigns.
+        InputError: the truth lacks a spring; fewer than 2 campaigns; no plan to compare with.
         IdentifiabilityError: a plan does not identify the springs.
         EquilibriumError: the arm gives way.
     """
@@ -234,7 +126,7 @@ def campaigns(
     for name in plans:
         parts = [d for job, d in zip(jobs, done, strict=True) if job[0] == name]
         found.append(_collected(study, truth, name, shared[name], parts))
-    return MonteCarlo(
+    result = MonteCarlo(
         springs=study.fitted.names,
         known=tuple(n for n in truth.names if n not in study.fitted.names),
         test_poses=tuple(pose.name for pose in study.test_poses),
@@ -244,6 +136,48 @@ def campaigns(
         how=how,
         linear=linear,
     )
+    if not random:
+        return result
+    beside = _random_campaigns(study, truth, result, random, reality, progress)
+    return replace(result, random=beside)
+
+
+def _random_campaigns(
+    study: Study,
+    truth: ComplianceModel,
+    known: MonteCarlo,
+    plans: int,
+    reality: Reality,
+    progress: Progress | None,
+) -> RandomCampaigns:
+    """Campaigns of random plans, as those of the plans that are `known`.
+
+    A plan is as many load cases as it has experiments, uniform in the joint ranges, rejected where
+    a constraint is broken.
+    """
+    tell, rng = progress or (lambda what, share: None), np.random.default_rng([known.seed, 1])
+    m, each = known.plans[0].experiments, max(2, -(-known.number // plans))
+    space, once = study.space, np.ones(m, dtype=np.int64)
+    pool = space.sample(min(plans * m, _POOL), rng)
+    order = rng.permutation(len(pool)) if len(pool) == plans * m else None
+    rho0, total = [], []
+    for r in range(plans):
+        chosen = rng.integers(0, len(pool), m) if order is None else order[r * m : (r + 1) * m]
+        plan = {"random": (space.load_cases(pool[chosen]), once)}
+        seed = int(rng.integers(2**31))
+        how = known.how
+        try:
+            one = campaigns(study, truth, plan, each, seed=seed, how=how, reality=reality).plans[0]
+        except (IdentifiabilityError, InputError):  # of this plan: the others went well
+            continue
+        rho0.append(one.rho0)
+        total.append(one.total)
+        tell("random plans", (r + 1) / plans)
+    if not rho0:
+        raise IdentifiabilityError(
+            f"none of {plans} random plans of {m} experiments tells the compliances apart"
+        )
+    return RandomCampaigns(m, plans, frozen(rho0), frozen(total))
 
 
 def _check(study: Study, truth: ComplianceModel, number: int, workers: int, how: Fit) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.errors import Doubt
-from elastocal.simulation.monte_carlo import Campaigns, MonteCarlo
+from elastocal.simulation.campaigns import Campaigns, MonteCarlo
 
 PROMISED = 0.95
 """Share of the intervals in `Campaigns.coverage`, and of the ranges and ellipses here."""

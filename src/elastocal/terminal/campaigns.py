@@ -7,7 +7,7 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from elastocal.simulation.monte_carlo import MonteCarlo
+from elastocal.simulation.campaigns import MonteCarlo, RandomCampaigns
 from elastocal.terminal.console import out, whole
 
 
@@ -15,6 +15,8 @@ def show_campaigns(found: MonteCarlo) -> None:
     """Errors after compensation, and how well the intervals hold."""
     whole(_errors(found))
     whole(_estimates(found))
+    if found.random is not None:
+        out.print(Text(_random(found.random)))
     if found.known:
         names = ", ".join(found.known)
         out.print(Text(f"{names}: not identified in this study; taken as known."))
@@ -31,6 +33,18 @@ def show_campaigns(found: MonteCarlo) -> None:
             )
 
 
+def _random(plans: RandomCampaigns) -> str:
+    """What the random plans are."""
+    middle = np.median(plans.rho0_each)
+    said = (
+        f"{plans.name}: random configurations that the study allows, {plans.total.shape[1]} "
+        f"campaigns of each; ρ0 of a plan {1e6 * middle:.4g} µm in the median, "
+        f"{1e6 * plans.rho0:.4g} in the RMS"
+    )
+    left_out = plans.drawn - len(plans.rho0_each)
+    return said + (f"; {left_out} that identify nothing are left out" if left_out else "")
+
+
 def _table(title: str) -> Table:
     return Table(title=Text(title), title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1))
 
@@ -44,7 +58,8 @@ def _errors(found: MonteCarlo) -> Table:
     table.add_column("plan", no_wrap=True)
     for column in ("m", "ρ0", "RMS", "mean", "5 %", "median", "95 %"):
         table.add_column(column, justify="right", no_wrap=True)
-    for one in found.plans:
+    random = () if found.random is None else (found.random,)
+    for one in (*found.plans, *random):
         low, median, high = np.quantile(one.total, [0.05, 0.5, 0.95])
         lengths = (one.rho0, one.rms, float(one.total.mean()), low, median, high)
         table.add_row(one.name, str(one.experiments), *(f"{1e6 * v:.4g}" for v in lengths))

@@ -12,7 +12,7 @@ from elastocal import __version__
 from elastocal.arrays import Array
 from elastocal.elastic.springs import VirtualJoints
 from elastocal.files.texts import finite, write_text
-from elastocal.simulation.monte_carlo import Campaigns, MonteCarlo
+from elastocal.simulation.campaigns import Campaigns, MonteCarlo, RandomCampaigns
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
@@ -36,6 +36,30 @@ def campaigns_document(found: MonteCarlo, springs: VirtualJoints) -> dict[str, A
         "taken_as_known": list(found.known),
         "test_poses": list(found.test_poses),
         "plans": {one.name: _plan(found, one, springs) for one in found.plans},
+        **({} if found.random is None else {"random": _random(found.random)}),
+    }
+
+
+def _random(plans: RandomCampaigns) -> dict[str, Any]:
+    return {
+        "experiments": plans.experiments,
+        "drawn": plans.drawn,
+        "rho0_mm": 1e3 * plans.rho0,
+        **_sizes(plans),
+        "rho0_each_mm": _rounded(1e3 * plans.rho0_each),
+        "errors_mm": [_rounded(errors) for errors in 1e3 * plans.total],
+    }
+
+
+def _sizes(one: Campaigns | RandomCampaigns) -> dict[str, Any]:
+    """What was found, over all campaigns."""
+    quantiles = np.quantile(one.total, QUANTILES)
+    return {
+        "rms_mm": 1e3 * one.rms,
+        "mean_mm": 1e3 * float(one.total.mean()),
+        "quantiles_mm": {
+            f"{q:g}": 1e3 * float(v) for q, v in zip(QUANTILES, quantiles, strict=True)
+        },
     }
 
 
@@ -45,12 +69,7 @@ def _plan(found: MonteCarlo, one: Campaigns, springs: VirtualJoints) -> dict[str
     return {
         "experiments": one.experiments,
         "rho0_mm": 1e3 * one.rho0,
-        "rms_mm": 1e3 * one.rms,
-        "mean_mm": 1e3 * float(one.total.mean()),
-        "quantiles_mm": {
-            f"{q:g}": 1e3 * float(v)
-            for q, v in zip(QUANTILES, np.quantile(one.total, QUANTILES), strict=True)
-        },
+        **_sizes(one),
         "each_test_pose_mm": {
             name: {"rho0": 1e3 * float(rho), "rms": 1e3 * float(rms)}
             for name, (rho, rms) in zip(found.test_poses, each, strict=True)

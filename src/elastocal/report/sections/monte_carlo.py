@@ -11,10 +11,10 @@ from elastocal.report.charts.calibration import Statistic, calibration_chart
 from elastocal.report.charts.cloud import cloud_chart
 from elastocal.report.charts.histograms import histogram_chart
 from elastocal.report.contents import Contents
-from elastocal.report.layout import two_widths
+from elastocal.report.layout import WIDE, alone, two_widths
 from elastocal.report.section import Chapter, PageSection, Values
 from elastocal.report.tables import BarTable, Row
-from elastocal.simulation.monte_carlo import Campaigns, MonteCarlo
+from elastocal.simulation.campaigns import Campaigns, MonteCarlo, RandomCampaigns
 from elastocal.simulation.prediction import (
     PROMISED,
     chance,
@@ -44,7 +44,9 @@ def monte_carlo_chapter(contents: Contents) -> Chapter | None:
 def _errors(found: MonteCarlo) -> Values:
     """Errors found against those predicted."""
     predicted = [predicted_total(plan) for plan in found.plans]
-    rows = tuple(_row(p) for p in found.plans)
+    rows = [_row(p) for p in found.plans]
+    if found.random is not None:
+        rows.append(_row(found.random))
     sizes = ("ρ₀ predicted", "RMS found", "Found / predicted", "Mean", "Median")
     heads = ("Plan", "Experiments", *sizes, "90 %", "95 %", "99 %")
     return {
@@ -54,14 +56,17 @@ def _errors(found: MonteCarlo) -> Values:
         "known": list(found.known),
         "poses": len(found.test_poses),
         "sigma": found.how.sigma,
-        "chart": two_widths(lambda width: histogram_chart(found.plans, predicted, width)),
-        "table": BarTable(heads, rows),
+        "chart": two_widths(
+            lambda width: histogram_chart(found.plans, predicted, width, found.random)
+        ),
+        "table": BarTable(heads, tuple(rows)),
+        "random": found.random,
         "compared": _compared(found),
         "remarks": tuple(map(worded, doubts_of_campaigns(found))),
     }
 
 
-def _row(plan: Campaigns) -> Row:
+def _row(plan: Campaigns | RandomCampaigns) -> Row:
     """Sizes of the errors of a plan."""
     total = plan.total
     quantiles = [length(float(np.quantile(total, q))) for q in (0.5, 0.9, 0.95, 0.99)]
@@ -88,6 +93,12 @@ def _compared(found: MonteCarlo) -> str:
         for other in ordered[1:4]
     ]
     return f"The error is smallest with {best.name}; it is " + ", ".join(said) + "."
+
+
+def campaigns_picture(found: MonteCarlo) -> str:
+    """The histograms as the text of an SVG file that stands alone."""
+    predicted = [predicted_total(plan) for plan in found.plans]
+    return alone(histogram_chart(found.plans, predicted, WIDE, found.random))
 
 
 def _estimates(contents: Contents, found: MonteCarlo) -> Values:

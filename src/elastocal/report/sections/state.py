@@ -22,7 +22,7 @@ from elastocal.report.sections.identification import readings_remarks
 from elastocal.report.sections.identification import remarks as identification_remarks
 from elastocal.report.sections.provenance import robot_of
 from elastocal.report.sections.validation import origin, removed, validation_remarks
-from elastocal.simulation.monte_carlo import MonteCarlo
+from elastocal.simulation.campaigns import MonteCarlo
 from elastocal.simulation.prediction import doubts_of_campaigns
 from elastocal.wording import worded
 from elastocal.wording.lists import counted
