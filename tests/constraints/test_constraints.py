@@ -18,6 +18,7 @@ from elastocal.constraints import (
     HalfSpace,
     HeadAzimuth,
     HeadElevation,
+    HeldJoint,
     JointLimit,
     LineOfSight,
     MinRadius,
@@ -34,6 +35,7 @@ POINT = np.array([0.6115, 0.0, -0.460])  # marker of the calibration tool
 CONSTRAINTS: dict[str, Constraint] = {
     "lower joint limit": JointLimit("A3 >= -119°", 2, np.radians(-119.0), upper=False, unit="rad"),
     "upper joint limit": JointLimit("A5 <= 122.5°", 4, np.radians(122.5), upper=True, unit="rad"),
+    "held joint": HeldJoint("A2 = 20°", 1, np.radians(20.0), unit="rad"),
     "height": HalfSpace("height", POINT, [0, 0, 1], 0.8),
     "oblique half-space": HalfSpace("wall", POINT, [1.0, -2.0, 0.5], -3.0),
     "radius": MinRadius("radius", POINT, 0.6),

@@ -3,7 +3,7 @@
 from elastocal.constraints.base import Constraint, margins_at, room_at
 from elastocal.constraints.clearance import Clearance
 from elastocal.constraints.distinct import Distinct
-from elastocal.constraints.joint_limit import JointLimit
+from elastocal.constraints.joint_limit import HeldJoint, JointLimit
 from elastocal.constraints.line_of_sight import LineOfSight
 from elastocal.constraints.orientation import Elevation, Tilt
 from elastocal.constraints.view import AcceptanceCone, BeamRange, HeadAzimuth, HeadElevation
@@ -19,6 +19,7 @@ __all__ = [
     "HalfSpace",
     "HeadAzimuth",
     "HeadElevation",
+    "HeldJoint",
     "JointLimit",
     "LineOfSight",
     "MinRadius",

@@ -1,4 +1,4 @@
-"""Joint limits."""
+"""Joint limits, and joints that are held at a value."""
 
 from __future__ import annotations
 
@@ -24,3 +24,21 @@ class JointLimit(Constraint):
             return gradient
 
         return self.sign * (posture.q[self.joint] - self.bound), pull
+
+
+class HeldJoint(Constraint):
+    """One joint stays where it is: the margin is minus its distance from there, 0 at best."""
+
+    def __init__(self, name: str, joint: int, value: float, *, unit: str) -> None:
+        """`joint` is the position in the chain, `value` where it is held [rad or m]."""
+        self.name, self.unit, self.joint, self.value = name, unit, joint, value
+
+    def at(self, posture: Posture) -> tuple[Array, Pull]:
+        off = posture.q[self.joint] - self.value
+
+        def pull(weights: Array) -> Array:
+            gradient = np.zeros_like(posture.q)
+            gradient[self.joint] = -np.sign(off) * weights
+            return gradient
+
+        return -np.abs(off), pull

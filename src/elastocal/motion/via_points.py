@@ -167,6 +167,8 @@ def _connected(
     lower, upper = space.limits
     speed = space.pace.speed
     step = _STEP * float(np.linalg.norm((upper - lower) / speed))
+    if step == 0.0:
+        return None  # every joint is held: there is nothing to try
     ours, other, swapped = _Tree(start), _Tree(goal), False
     for _ in range(_TRIES):
         target = rng.uniform(lower, upper)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
-from elastocal.constraints import room_at
+from elastocal.constraints import HeldJoint, room_at
 from elastocal.elastic.allowed_loads import FixedVector, Load
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import Doubt
@@ -136,10 +136,14 @@ def _margins(study: Study, cases: LoadCases) -> tuple[tuple[Nearest, ...], tuple
     posture = Posture(study.robot, cases.q)
     room = room_at(constraints, posture)
     names = [constraint.names_at(posture) for constraint in constraints]
+    # What is held always has room 0: that is no news, unless nothing else is there.
+    held = np.array([isinstance(constraint, HeldJoint) for constraint in constraints], dtype=bool)
+    shown = np.where(held[:, None] & (room >= -TOLERANCE), np.inf, room)
+    shown = np.where(np.isinf(shown).all(axis=0), room, shown)
     nearest = []
     violations = []
     for i in range(len(cases)):
-        least = int(np.argmin(room[:, i]))
+        least = int(np.argmin(shown[:, i]))
         nearest.append(Nearest(names[least][i], float(room[least, i]), constraints[least].unit))
         for c, constraint in enumerate(constraints):
             if room[c, i] < -TOLERANCE:

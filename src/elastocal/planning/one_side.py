@@ -42,8 +42,9 @@ def from_one_side(
     Source: ours; A(q1 + δ, R_δ w) = R_δ A(q1, w).
     """
     for j, joint in enumerate(space.arm.robot.joints):
+        held = space.limits[0, j] == space.limits[1, j]
         axis = _fixed_axis(space.arm.robot, cases.q, j)
-        if joint.prismatic or joint.name in free or axis is None or _weighs(space, axis):
+        if joint.prismatic or held or joint.name in free or axis is None or _weighs(space, axis):
             continue
         turns = [_turned(cases, j, axis, np.full(len(cases), turn)) for turn in _TRIED]
         if all(same_worth(space, cases, turned, j) for turned in turns):

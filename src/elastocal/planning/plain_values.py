@@ -41,6 +41,8 @@ def simplify(space: LoadCaseSpace, cases: LoadCases) -> Plain:
     plain = LoadCases(q, cases.wrench)
     free = []
     for j, joint in enumerate(robot.joints):
+        if lower[j] == upper[j]:
+            continue  # held: nobody may set it
         rest = float(np.clip(0.0, lower[j], upper[j]))
         trial, other = (np.array(plain.q) for _ in range(2))
         trial[:, j] = rest

@@ -78,7 +78,7 @@ def campaign_program(
     approach = approach or Approach()
     robot, limits = study.robot, study.limits
     q = np.clip(cases.q, limits[0], limits[1])
-    amount = np.where(robot.prismatic, approach.length, approach.angle)
+    amount = np.where(robot.prismatic, approach.length, approach.angle) * ~study.held
     before, same = approaches(robot, q, amount, limits, study.constraints)
     beside = np.stack([np.clip(before, limits[0], limits[1]), q], axis=1).reshape(-1, q.shape[1])
     start, notes = ([], []) if home is None else _home(study, home)

@@ -10,8 +10,8 @@ from functools import cached_property
 
 import numpy as np
 
-from elastocal.arrays import Array, freeze, unset
-from elastocal.constraints import Clearance, Constraint, JointLimit
+from elastocal.arrays import Array, BoolArray, freeze, unset
+from elastocal.constraints import Clearance, Constraint, HeldJoint, JointLimit
 from elastocal.elastic.allowed_loads import FixedVector, Load
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
@@ -256,10 +256,20 @@ class Study:
         return MotionSpace(self.robot, self.limits, self.pace, clearances)
 
     @property
+    def held(self) -> BoolArray:
+        """(n,) joints that are held at a value: their limits are equal."""
+        return np.asarray(self.limits[0] == self.limits[1])
+
+    @property
     def joint_limits(self) -> tuple[Constraint, ...]:
-        """The joint limits as constraints, two per joint that has any."""
-        constraints = []
+        """The joint limits as constraints, two per joint that has any, one per joint held."""
+        constraints: list[Constraint] = []
         for i, joint in enumerate(self.robot.joints):
+            if self.held[i]:
+                value, unit = self.limits[0, i], joint.kind.unit
+                name = bounded(joint.name, "=", value, unit)
+                constraints.append(HeldJoint(name, i, value, unit=unit))
+                continue
             for bound, upper, sign in (
                 (self.limits[0, i], False, ">="),
                 (self.limits[1, i], True, "<="),
@@ -318,7 +328,7 @@ def _finite_limits(robot: Robot, limits: Array) -> Array:
             )
         if not joint.prismatic:
             limits[:, i] = np.where(np.isfinite(limits[:, i]), limits[:, i], [-np.pi, np.pi])
-        if not limits[0, i] < limits[1, i]:
+        if not limits[0, i] <= limits[1, i]:
             lower, upper = (described(bound, joint.kind.unit, 6) for bound in limits[:, i])
             raise InputError(
                 f"joint {joint.name!r} has no room left: its lower limit with margin is "

@@ -31,7 +31,8 @@ def show_check(study: Study, found: Checkup) -> None:
         table.add_column(Text(column))
     for j, joint in enumerate(robot.joints):
         low, high = joint.kind.scale * study.limits[:, j]
-        room = f"{low:.6g} … {high:.6g} {joint.kind.shown_unit}"
+        room = f"held at {low:.6g}" if study.held[j] else f"{low:.6g} … {high:.6g}"
+        room += f" {joint.kind.shown_unit}"
         role = _role(study, joint.name)
         table.add_row(Text(joint.name), joint.kind.moves, room, role)
     out.print(table)

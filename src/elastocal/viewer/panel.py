@@ -12,6 +12,8 @@ from elastocal.viewer.readout_html import heading_html
 from elastocal.viewer.scene import LAYERS
 from elastocal.viewer.subject import Subject
 
+_STEP = 0.01  # of a slider [deg, mm]
+
 
 class Actions(Protocol):
     """What a user can ask for."""
@@ -115,8 +117,11 @@ class Panel:
         scale, unit = what.kind.scale, what.kind.key
         low, high = scale * self._subject.slider_limits[:, joint]
         low, high = (float(round(v, 2)) for v in (low, high))
+        held = low == high
+        high = max(high, low + _STEP)  # a slider needs a range
         at = float(np.clip(np.round(scale * self._subject.stops[0].q[joint], 2), low, high))
-        slider = self._gui.add_slider(f"{what.name} [{unit}]", low, high, 0.01, at)
+        name = f"{what.name} [{unit}]" + (", held" if held else "")
+        slider = self._gui.add_slider(name, low, high, _STEP, at, disabled=held)
         self._by_hand(slider, lambda value: self._actions.set_joint(joint, value / scale))
         return slider
 

@@ -73,15 +73,19 @@ class ConstraintsFile(Section):
 
 
 def limits_of(robot: Robot, entry: ConstraintsFile) -> Array:
-    """(2, n) limits: the robot's, narrowed by the study, less the margin."""
+    """(2, n) limits: the robot's, narrowed by the study, less the margin.
+
+    Equal limits of the study hold a joint at that value; no margin is taken from them.
+    """
     limits = np.array([robot.lower, robot.upper])
+    held = np.zeros(len(robot.joints), dtype=bool)
     for path, i, (low, high) in by_joint(robot, entry, "joint_limits_{}"):
         name, scale = robot.joint_names[i], robot.joints[i].kind.scale
-        if not low < high:
+        if low > high:
             raise LocatedError(
                 path,
                 f"limits of {name!r}: the lower one, {scale * low:g}, must be below "
-                f"the upper one, {scale * high:g}",
+                f"the upper one, {scale * high:g}, or equal to it to hold the joint there",
             )
         if low < limits[0, i] - 1e-9 or high > limits[1, i] + 1e-9:
             raise LocatedError(
@@ -89,7 +93,7 @@ def limits_of(robot: Robot, entry: ConstraintsFile) -> Array:
                 f"limits {scale * low:g} to {scale * high:g} of {name!r} go beyond those of the "
                 f"robot, {scale * limits[0, i]:.6g} to {scale * limits[1, i]:.6g}",
             )
-        limits[:, i] = low, high
+        limits[:, i], held[i] = (low, high), low == high
     margins = {}
     for kind in KINDS:
         key = f"joint_margin_{kind.key}"
@@ -97,7 +101,15 @@ def limits_of(robot: Robot, entry: ConstraintsFile) -> Array:
         if margins[kind] < 0.0:
             shown = kind.scale * margins[kind]
             raise LocatedError((key,), f"{key} must not be negative, found {shown:g}")
-    return limits + np.outer([1.0, -1.0], [margins[joint.kind] for joint in robot.joints])
+    margin = np.where(held, 0.0, [margins[joint.kind] for joint in robot.joints])
+    limits += np.outer([1.0, -1.0], margin)
+    for i in np.flatnonzero(~held & (limits[0] == limits[1])).tolist():
+        raise LocatedError(
+            (f"joint_margin_{robot.joints[i].kind.key}",),
+            f"the margin leaves joint {robot.joint_names[i]!r} no room; to hold it at a value give "
+            f"that twice in joint_limits_{robot.joints[i].kind.key}",
+        )
+    return limits
 
 
 def constraints_of(entry: ConstraintsFile, tool: Tool) -> tuple[Constraint, ...]:

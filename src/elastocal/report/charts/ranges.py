@@ -39,6 +39,8 @@ def _row(
     study, joint = plan.study, plan.study.robot.joints[j]
     assert study.limits is not None
     low, high = (float(limit) for limit in study.limits[:, j])
+    if study.held[j]:
+        return _held(joint, low, y, left, narrow)
     scale = Scale(low, high, left, right)
     places = [scale(min(max(float(v), low), high)) for v in plan.load_cases.q[:, j]]
     levels = _levels(places)
@@ -53,6 +55,18 @@ def _row(
         parts.append(tag("circle", cx=x, cy=height, r=_RADIUS, class_="dot"))
         parts.append(text(x, height + 4.0, str(i + 1), "in-dot", "middle"))
     return parts, middle + _RADIUS + 9.0
+
+
+def _held(
+    joint: Joint, value: float, y: float, left: float, narrow: bool
+) -> tuple[list[Markup], float]:
+    """A joint without a range, and where the next one begins."""
+    said = f"held at {fixed(joint.kind.scale * value, 2)}{joint.kind.suffix}"
+    name, height = _short(joint.name), y + 15.0
+    if narrow:
+        return [text(left, height, f"{name}: {said}", "lane")], y + 24.0
+    words = [text(4.0, height, name, "lane strong"), text(left, height, said, "tick")]
+    return words, y + 24.0
 
 
 def _names(
