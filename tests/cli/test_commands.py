@@ -341,7 +341,8 @@ def test_a_study_that_asks_for_g_hears_what_that_is(folder: Path, tmp_path: Path
     assert said in made.stderr
     assert "10⁻⁹ rad/(N·m): largest standard error of a compliance" in flat(made.stdout)
     asked = ("plan", folder / "study.yaml", "--count", 1, "--criterion", "G")
-    assert said not in run(*asked, "--out", tmp_path / "again.json").stderr
+    assert said in run(*asked, "--out", tmp_path / "again.json").stderr
+    assert "note" not in run(*asked[:-1], "A", "--out", tmp_path / "again.json").stderr
 
 
 def flat(text: str) -> str:

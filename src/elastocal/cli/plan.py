@@ -72,7 +72,7 @@ def plan_command(
     if after:
         study = _rest(study, after)
     study = _overridden(study, count, max_configurations, criterion)
-    for doubt in () if criterion else renamed(study):
+    for doubt in renamed(study):
         print(f"note: {worded(doubt)}", file=sys.stderr)
     made = planned(study, out, seed)
     if as_json:
