@@ -129,6 +129,10 @@ def test_the_commands_of_two_campaigns_run(tmp_path: Path) -> None:
     assert list(found["compliance"]) == list(truth)
     for name, entry in found["compliance"].items():
         assert abs(entry["value"] - truth[name]["value"]) < 4.0 * entry["standard_error"]
+    # What the second plan promised is what its fit says: the whole error of both campaigns.
+    second = json.loads((tmp_path / "plan_a1.json").read_text("utf-8"))
+    (pose,) = found["diagnostics"]["test_poses"]
+    assert pose["rho0_mm"] == pytest.approx(second["rho0_mm"], rel=0.01)
 
 
 def _elastocal(folder: Path, *arguments: str) -> None:

@@ -25,8 +25,10 @@ from elastocal.report.charts.strips import Strips
 from elastocal.report.contents import Contents
 from elastocal.report.intervals import decimals_of
 from elastocal.simulation.virtual_campaign import Outliers, Reality, simulate
+from elastocal.study.at_test_poses import at_test_poses
 from elastocal.wording import worded
 from elastocal.wording.numbers import length
+from elastocal.wording.stiffness import ranged
 from tests.report.examples import (
     HOSTILE,
     PLANS,
@@ -147,6 +149,20 @@ def test_state_in_plain_words() -> None:
     left = np.sqrt(np.mean(np.sum(judged("three-link") ** 2, axis=1)))
     assert f"→ {length(float(left))}" in top
     assert "200 virtual campaigns" in top
+
+
+def test_stiffness_at_the_test_poses_is_shown() -> None:
+    found, plan = identified("three-link"), three_link_plan()
+    there = at_test_poses(plan.study, found.model, found.width)
+    page = report.html(Contents(plan, identification=found, at_test_poses=there))
+    own = visible(page.split('id="stiffness"')[1].split("</section>")[0])
+    stiff = there[0].cartesian
+    assert ranged(stiff.axes[0].compliance, 1e6) in own
+    assert ranged(stiff.axes[0].stiffness, 1e-6) in own
+    assert f"leaves here after compensation: {length(there[0].rho0)}" in own
+    assert stiff.missing == 3  # three joints
+    assert "leave 3 of the six ways to move the TCP rigid" in own
+    assert 'id="stiffness"' not in report.html(Contents(plan, identification=found))
 
 
 def test_what_is_missing_is_said() -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from elastocal.elastic.arm import ElasticArm
+from elastocal.elastic.cartesian import cartesian_compliance
 from elastocal.elastic.deflections import loaded_deflection
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import deflection
@@ -19,6 +20,7 @@ from elastocal.viewer.readout import NEAR, Bending, Room, bending, read_out, wat
 from elastocal.viewer.readout_html import heading_html, readout_html, room_words, worth_words
 from elastocal.viewer.subject import Subject, stops_of, way
 from elastocal.viewer.travel import SECONDS, Travel
+from elastocal.wording.stiffness import ranged
 from tests.elastic.test_equilibrium import random_arm
 from tests.report.examples import three_link_plan
 from tests.viewer.examples import kr270, rigid, tracked
@@ -87,6 +89,24 @@ def test_an_arm_that_gives_way_is_said_and_not_drawn() -> None:
     assert not found.deflection.any()
     html = readout_html(read_out(soft, stop.tool, stop.q, stop.wrench), stop.wrench, 20.0)
     assert "no stable equilibrium" in html
+
+
+def test_stiffness_is_that_of_the_tcp_in_this_configuration() -> None:
+    subject = kr270()
+    assert subject.model is not None
+    stop = subject.stops[-1]
+    readout = read_out(subject, stop.tool, stop.q, stop.wrench)
+    arm = replace(subject.study.arm, tool=stop.tool)
+    (expected,) = cartesian_compliance(arm, subject.model, stop.q[None])
+    assert readout.cartesian is not None
+    np.testing.assert_array_equal(readout.cartesian.matrix, expected.matrix)
+    page = readout_html(readout, stop.wrench, 1.0)
+    assert page.count("data-readout='stiffness'") == 4
+    assert ranged(expected.axes[2].stiffness, 1e-6) in page
+    assert "softest [" in page
+    without = read_out(replace(subject, model=None), stop.tool, stop.q, stop.wrench)
+    assert without.cartesian is None
+    assert "N/µm" not in readout_html(without, stop.wrench, 1.0)
 
 
 def test_without_compliances_no_deflection_is_shown() -> None:

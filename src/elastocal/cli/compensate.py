@@ -57,9 +57,12 @@ def compensate_command(
     from elastocal.cli.inputs import load, models_at, start_of, tool_called
     from elastocal.compensation.compensate import RULES, residual
     from elastocal.files.models.model_file import read_model
+    from elastocal.files.models.stiffness_section import pose_entries
     from elastocal.files.paths.corrected_file import corrected_document, write_corrected
     from elastocal.files.paths.path_file import read_path
     from elastocal.files.study.study_file import read_study
+    from elastocal.fitting.goodness import quantile
+    from elastocal.study.at_test_poses import at_test_poses
 
     given = [study_file, model, path, *(more or []), *([truth] if truth else [])]
     writable(out, *given, suffix=".csv")
@@ -76,12 +79,16 @@ def compensate_command(
     if truth is not None:
         true = read_model(truth, study.robot)
         remaining = residual(replace(arm, springs=true.springs), true, done)
+    there = at_test_poses(study, compliances, quantile(0.975, compliances.dof))
     if as_json:
-        print_json(corrected_document(done, task, remaining))
+        document = corrected_document(done, task, remaining)
+        print_json(document | {"test_poses": pose_entries(there)})
     else:
         from elastocal.terminal.compensations import show_compensation
+        from elastocal.terminal.stiffness import show_stiffness
 
         show_compensation(done, task, remaining)
+        show_stiffness(there)
     _refuse(done, task)
     # The program first: it can be refused.
     files = _program(study, done, task, to, out, given) if to else []

@@ -73,9 +73,14 @@ def identify_command(
     if as_json:
         print_json(document)
         return
+    from elastocal.study.at_test_poses import at_test_poses
     from elastocal.terminal.identifications import show_identification
+    from elastocal.terminal.stiffness import show_errors_left, show_stiffness
 
     show_identification(identification)
+    there = at_test_poses(study, identification.model, identification.width)
+    show_errors_left(there, identification.fitted)
+    show_stiffness(there)
     print(f"wrote {out}")
 
 

@@ -27,6 +27,8 @@ from elastocal.errors import InputError
 from elastocal.files.measurements.suspicious import kept_aside
 from elastocal.files.paths.path_file import read_path
 from elastocal.files.texts import write_text
+from elastocal.fitting.goodness import quantile
+from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
 from elastocal.identification.result import Identification
 from elastocal.identification.validation import Validation, leave_one_out, validate
@@ -36,6 +38,7 @@ from elastocal.report import html
 from elastocal.report.contents import Contents
 from elastocal.simulation.campaigns import MonteCarlo
 from elastocal.simulation.monte_carlo import campaigns
+from elastocal.study.at_test_poses import AtTestPose, at_test_poses
 from elastocal.study.study import Study
 from elastocal.terminal.console import progress
 
@@ -45,6 +48,7 @@ _RANDOM = 2000  # random plans to compare with
 
 def stages(study: Study, files: Files, tool: str | None, confidence: float) -> Contents:
     """Identification, validation and compensation: recomputed from the files, not read of them."""
+    Fit(confidence=confidence)  # refuses what is none
     truth, model = model_at(files.truth, study.robot), model_at(files.model, study.robot)
     fitted = _identified(study, files, model, confidence)
     known = known_model(files.known, study) if files.measurements or files.known else None
@@ -53,6 +57,7 @@ def stages(study: Study, files: Files, tool: str | None, confidence: float) -> C
         identification=fitted,
         references=_references(study, files),
         validation=_validated(study, files, model, fitted, confidence),
+        at_test_poses=_at_test_poses(study, model, confidence),
     )
     if files.path is None:
         return contents
@@ -62,6 +67,15 @@ def stages(study: Study, files: Files, tool: str | None, confidence: float) -> C
     task = read_path(files.path, study.robot, used, start_of(study, used))
     arm = replace(study.arm, springs=model.springs, tool=used)
     return with_compensation(contents, compensate(arm, model, task.cases), truth)
+
+
+def _at_test_poses(
+    study: Study, model: ComplianceModel | None, confidence: float
+) -> tuple[AtTestPose, ...]:
+    """What the model says of the test poses, if there is one."""
+    if model is None:
+        return ()
+    return at_test_poses(study, model, quantile(0.5 + 0.5 * confidence, model.dof))
 
 
 def _with(model: ComplianceModel | None, known: ComplianceModel | None) -> ComplianceModel | None:

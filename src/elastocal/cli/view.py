@@ -34,6 +34,7 @@ def view_command(
     """Show the robot, its plan and its deflections in a web page on this machine only."""
     from elastocal.cli.inputs import models_at
     from elastocal.files.study.study_file import read_study
+    from elastocal.fitting.goodness import quantile
     from elastocal.viewer.live import serve
     from elastocal.viewer.local_server import check_port, viser_module
 
@@ -41,7 +42,8 @@ def view_command(
     check_port(port)
     shown = _subject(read_study(study_file), plan)
     if model:
-        shown = replace(shown, model=models_at(model, shown.study.robot))
+        compliances = models_at(model, shown.study.robot)
+        shown = replace(shown, model=compliances, width=quantile(0.975, compliances.dof))
 
     def ready(address: str) -> None:
         print(f"showing {study_file} at {address} (this machine only); Ctrl-C to stop", flush=True)

@@ -81,9 +81,14 @@ class Identification:
         return self.model.standard_error[self.index]
 
     @property
+    def width(self) -> float:
+        """Half width of the confidence intervals, in standard errors."""
+        return quantile(0.5 + 0.5 * self.how.confidence, self.model.dof)
+
+    @property
     def interval(self) -> Array:
         """(p, 2) confidence intervals [rad/(N·m) or m/N]."""
-        half = quantile(0.5 + 0.5 * self.how.confidence, self.model.dof) * self.standard_error
+        half = self.width * self.standard_error
         return np.asarray(self.compliance[:, None] + np.outer(half, [-1.0, 1.0]))
 
     @property

@@ -14,6 +14,7 @@ from elastocal.planning.assessment import Assessment
 from elastocal.planning.plan import Plan
 from elastocal.planning.trade_off import TradeOff
 from elastocal.simulation.campaigns import MonteCarlo
+from elastocal.study.at_test_poses import AtTestPose
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,7 @@ class Contents:
             `compensation.residual`.
         control: (N, 3) the same for a correction to the wrong side, which must be worse [m].
         monte_carlo: Virtual campaigns of plans side by side.
+        at_test_poses: What the model says of the test poses: error left, stiffness.
     """
 
     plan: Plan | None = None
@@ -46,3 +48,4 @@ class Contents:
     judged: Array | None = None
     control: Array | None = None
     monte_carlo: MonteCarlo | None = None
+    at_test_poses: tuple[AtTestPose, ...] = ()

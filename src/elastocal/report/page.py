@@ -21,11 +21,18 @@ from elastocal.report.sections.monte_carlo import monte_carlo_chapter
 from elastocal.report.sections.plan import plan_chapter
 from elastocal.report.sections.provenance import provenance
 from elastocal.report.sections.state import state_section, title
+from elastocal.report.sections.stiffness import stiffness_chapter
 from elastocal.report.sections.validation import validation_chapter
 from elastocal.wording import worded
 from elastocal.wording.numbers import words
 
-_CHAPTERS = (identification_chapter, validation_chapter, compensation_chapter, monte_carlo_chapter)
+_CHAPTERS = (
+    identification_chapter,
+    validation_chapter,
+    stiffness_chapter,
+    compensation_chapter,
+    monte_carlo_chapter,
+)
 
 
 def render(contents: Contents) -> str:

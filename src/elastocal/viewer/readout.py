@@ -13,6 +13,7 @@ import numpy as np
 from elastocal.arrays import Array, frozen
 from elastocal.constraints import Constraint, JointLimit
 from elastocal.constraints.view import ViewConstraint
+from elastocal.elastic.cartesian import CartesianCompliance, cartesian_compliance
 from elastocal.elastic.deflections import markers_at
 from elastocal.elastic.equilibrium import equilibrium
 from elastocal.elastic.load_cases import LoadCases
@@ -81,6 +82,7 @@ class Readout:
         rooms: Margins: first of the constraints, if the tool is the one they are made for, then
             of every joint the nearer limit.
         worth: Sensitivity over its largest value; None if not known, or with another tool.
+        cartesian: How the TCP gives way to a force in any direction; None without compliances.
     """
 
     place: str
@@ -88,6 +90,7 @@ class Readout:
     bending: Bending | None
     rooms: tuple[Room, ...]
     worth: float | None
+    cartesian: CartesianCompliance | None = None
 
 
 def watched(subject: Subject, tool: Tool) -> Tool:
@@ -120,6 +123,7 @@ def read_out(subject: Subject, tool: Tool, q: Array, wrench: Array) -> Readout:
         bending=bending(subject, tool, q, wrench),
         rooms=(*(_rooms(study.constraints, posture) if measured else ()), *_joints(study, posture)),
         worth=share,
+        cartesian=yielding(subject, tool, q),
     )
 
 
@@ -139,6 +143,14 @@ def bending(subject: Subject, tool: Tool, q: Array, wrench: Array) -> Bending | 
     places = markers_at(arm, cases.q, rest.displacement).reshape(2, -1, 3)
     loaded, idle = rest.displacement
     return Bending(names, frozen(places[0] - places[1]), frozen(loaded - idle), frozen(idle))
+
+
+def yielding(subject: Subject, tool: Tool, q: Array) -> CartesianCompliance | None:
+    """Compliance and stiffness at the TCP of the tool; None without compliances."""
+    if subject.model is None:
+        return None
+    arm = replace(subject.study.arm, tool=tool)
+    return cartesian_compliance(arm, subject.model, q[None], subject.width)[0]
 
 
 def _rooms(constraints: tuple[Constraint, ...], posture: Posture) -> tuple[Room, ...]:

@@ -13,9 +13,11 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.drawing.palette import COLOURS
+from elastocal.elastic.cartesian import CartesianCompliance
 from elastocal.viewer.readout import Bending, Readout, Room
 from elastocal.viewer.subject import Subject
-from elastocal.wording.numbers import fixed, plain, words
+from elastocal.wording.numbers import fixed, plain, vector, words
+from elastocal.wording.stiffness import STIFFNESS, ranged
 
 _SIGNS = {"broken": "✕", "near": "!", "free": "✓"}
 _SHADES = {"broken": COLOURS["alarm"], "near": COLOURS["contrast"], "free": "#2c7a4b"}
@@ -40,6 +42,8 @@ def readout_html(readout: Readout, wrench: Array, magnification: float, moved: b
     parts = [f"<table style='width:100%'>{''.join(rows)}</table>"]
     if readout.bending is not None:
         parts.append(_bending(readout.bending, magnification))
+    if readout.cartesian is not None:
+        parts.append(_stiffness(readout.cartesian))
     if readout.worth is not None:
         parts.append(_worth(readout.worth))
     parts.append(_rooms(readout.rooms))
@@ -81,9 +85,22 @@ def _bending(bending: Bending, magnification: float) -> str:
         style = f"color:{_SHADES['broken']}"
         return f"{title}<div data-readout='deflection' style='{style}'>{words_}</div>"
     rows = []
-    for name, vector in zip(bending.points, bending.deflection, strict=True):
-        size = f"{fixed(1e3 * float(np.linalg.norm(vector)), 3)} mm"
-        rows.append(_row(name, f"{size} {_vector(vector, 3)}", "deflection"))
+    for name, moved in zip(bending.points, bending.deflection, strict=True):
+        size = f"{fixed(1e3 * float(np.linalg.norm(moved)), 3)} mm"
+        rows.append(_row(name, f"{size} {_vector(moved, 3)}", "deflection"))
+    return f"{title}<table style='width:100%'>{''.join(rows)}</table>"
+
+
+def _stiffness(found: CartesianCompliance) -> str:
+    """Stiffness at the TCP along the axes of the base, and where it is least."""
+    scale = f"<span style='{_MUTED};font-weight:400'>{STIFFNESS[1]}, base axes</span>"
+    softest = found.principal[0]
+    lines = [(f"along {line.name}", line) for line in found.axes]
+    lines.append((f"softest {vector(softest.direction, 2)}", softest))
+    rows = [_row(n, ranged(line.stiffness, STIFFNESS[0]), "stiffness") for n, line in lines]
+    if found.rigid:
+        rows.append(_row("taken as rigid", ", ".join(found.rigid), "rigid"))
+    title = _title(f"Stiffness at the TCP {scale}")
     return f"{title}<table style='width:100%'>{''.join(rows)}</table>"
 
 

@@ -56,12 +56,14 @@ class Subject:
         stops: Poses to step through, at least one.
         model: Compliances, None if no deflection is to be shown.
         sensitivity: Sensitivity at the certified design, None if there is none.
+        width: Half width of intervals of the model, in standard errors.
     """
 
     study: Study
     stops: tuple[Stop, ...]
     model: ComplianceModel | None = None
     sensitivity: Sensitivity | None = None
+    width: float = 1.959964
 
     @property
     def tools(self) -> tuple[Tool, ...]:

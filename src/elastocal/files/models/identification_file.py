@@ -7,8 +7,10 @@ from typing import Any
 
 from elastocal.files.models.identification_section import identification_sections
 from elastocal.files.models.provenance_section import provenance_section
+from elastocal.files.models.stiffness_section import pose_entries
 from elastocal.files.models.writing import model_document, write_model
 from elastocal.identification.result import Identification
+from elastocal.study.at_test_poses import at_test_poses
 from elastocal.study.study import Study
 
 
@@ -17,6 +19,8 @@ def write_identification(
 ) -> dict[str, Any]:
     """Write the model with all that was found out; `prior` and what the study knows are named."""
     data, sections = identification.measurements, identification_sections(identification)
+    there = at_test_poses(study, identification.model, identification.width)
+    sections["diagnostics"]["test_poses"] = pose_entries(there)
     origin = provenance_section(study, data, prior)
     how = {"provenance": origin, "sections": sections}
     write_model(identification.model, out, study.robot, **how)

@@ -112,7 +112,7 @@ def _planned(plan: Plan) -> Step:
 
 def _identified(found: Identification) -> Step:
     """The least certain compliance."""
-    if len(found.held) == len(found.identified):
+    if set(found.identified) <= set(found.held):
         return Step("Identified", "identification", "none", "all are held at zero by the bound.")
     relative = found.relative_error
     worst = int(np.argmax(relative))
