@@ -13,7 +13,7 @@ from rich.text import Text
 
 from elastocal.arrays import IntArray
 from elastocal.cli.common import demo_file
-from elastocal.cli.inputs import start_of, tool_called
+from elastocal.cli.inputs import known_model, start_of, tool_called
 from elastocal.cli.planning import planned
 from elastocal.cli.stages import (
     virtual_campaigns,
@@ -30,7 +30,8 @@ from elastocal.files.models.identification_file import write_identification
 from elastocal.files.models.model_file import read_model
 from elastocal.files.paths.corrected_file import write_corrected
 from elastocal.files.paths.path_file import read_path
-from elastocal.files.study.study_file import read_study
+from elastocal.files.study.known import known_at
+from elastocal.files.study.study_file import parse_study, read_study
 from elastocal.files.texts import read_text, write_text
 from elastocal.identification.identify import identify
 from elastocal.identification.result import Identification
@@ -40,11 +41,14 @@ from elastocal.planning.plan import Plan
 from elastocal.report.contents import Contents
 from elastocal.simulation.campaigns import MonteCarlo
 from elastocal.simulation.virtual_campaign import simulate
+from elastocal.study.at_test_poses import at_test_poses
 from elastocal.study.study import Study
+from elastocal.study.two_steps import with_known
 from elastocal.terminal.compensations import show_compensation
 from elastocal.terminal.console import out as console
 from elastocal.terminal.identifications import show_identification, show_validation
 from elastocal.terminal.plans import show_plan
+from elastocal.terminal.stiffness import show_errors_left, show_stiffness
 
 GIVEN = ("study.yaml", "study_a1.yaml", "truth.json", "path.csv")
 _KEPT_ASIDE = 8  # random experiments to validate with
@@ -65,11 +69,13 @@ def do_job(folder: Path, seed: int) -> None:
     )
     identification = _identify(studies[0], first, folder / "model_a2_a6.json")
     _say("3. The same for A1, which only a sideways force can move")
-    other = _plan(studies[1], folder / "plan_a1.json", seed)
+    known = known_at(folder / "model_a2_a6.json", studies[1].robot, parse_study)
+    after = with_known(studies[1], known)
+    other = _plan(after, folder / "plan_a1.json", seed)
     second = _measure(
-        studies[1], truth, (other.load_cases, other.repeats), folder / "measurements_a1.csv", rng
+        after, truth, (other.load_cases, other.repeats), folder / "measurements_a1.csv", rng
     )
-    whole = _identify(studies[1], second, folder / "model.json", identification.model)
+    whole = _identify(after, second, folder / "model.json")
     _say(f"4. Validate on {_KEPT_ASIDE} experiments that were not used")
     validation = _validate(studies[0], whole.model, truth, folder / "validation.csv", rng)
     contents = Contents(
@@ -77,6 +83,7 @@ def do_job(folder: Path, seed: int) -> None:
         identification=identification,
         references={"truth": truth},
         validation=validation,
+        at_test_poses=at_test_poses(studies[0], whole.model, whole.width),
     )
     _say("5. Correct a milling path of 200 points for the process force")
     contents = _compensate(contents, whole.model, truth, folder)
@@ -125,13 +132,15 @@ def _measure(
     return read_measurements(out, study)
 
 
-def _identify(
-    study: Study, data: Measurements, out: Path, known: ComplianceModel | None = None
-) -> Identification:
-    """A model, written and shown."""
-    identification = identify(study.arm, data, known=known)
+def _identify(study: Study, data: Measurements, out: Path) -> Identification:
+    """A model, written and shown with the error that it leaves and the stiffness at the task."""
+    identification = identify(study.arm, data, known=known_model(None, study))
     write_identification(study, identification, out)
     show_identification(identification)
+    there = at_test_poses(study, identification.model, identification.width)
+    show_errors_left(there, identification.fitted)
+    if not there or not there[0].cartesian.rigid:
+        show_stiffness(there)
     return identification
 
 
