@@ -102,13 +102,26 @@ def test_evaluate_says_how_much_better_a_plan_is() -> None:
     assert "test poses" not in evaluated(THREE_LINK / "study.yaml", *plans)
 
 
-def test_a_baseline_that_is_not_allowed_is_said_and_refuses_no_plan() -> None:
-    published = EXAMPLES / "kr270" / "published"
-    plan = published / "m3.csv"
-    found = json.loads(evaluated(published / "study.yaml", plan, "--at-test-poses", "--json"))
+def test_a_baseline_that_is_not_allowed_is_said_and_refuses_no_plan(tmp_path: Path) -> None:
+    text = (THREE_LINK / "study.yaml").read_text("utf-8")
+    study = tmp_path / "study.yaml"
+    study.write_text(text + "constraints: {workspace: {min_radius_mm: 1800}}\n", "utf-8")
+    plan = THREE_LINK / "published" / "opt1.csv"
+    found = json.loads(evaluated(study, plan, "--at-test-poses", "--json"))
     baseline = found["in the test poses"]
     assert not baseline["accepted"]
-    assert {d["code"] for d in baseline["doubts"]} == {"constraint-broken", "confounded"}
-    assert found["m3.csv"]["accepted"]
-    said = evaluated(published / "study_table_7.yaml", plan, "--at-test-poses", code=2)
-    assert "'milling' is given as a matrix" in said
+    assert [doubt["code"] for doubt in baseline["doubts"]] == ["constraint-broken"]
+    assert found["opt1.csv"]["accepted"]
+
+
+def test_one_configuration_does_not_show_five_compliances() -> None:
+    study = ec.read_study(EXAMPLES / "kr270" / "published" / "study.yaml")
+    worth = ec.assess(study, *ec.in_test_poses(study, 12))
+    assert not worth.identifiable
+    assert worth.rho0 == np.inf
+    assert [doubt.code for doubt in worth.violations] == ["constraint-broken"]
+    published = EXAMPLES / "kr270" / "published"
+    refused = evaluated(
+        published / "study_table_7.yaml", published / "m3.csv", "--at-test-poses", code=2
+    )
+    assert "'milling' is given as a matrix" in refused
