@@ -29,6 +29,7 @@ Code = Literal[
     "noisier-than-promised",
     "quieter-than-promised",
     "few-degrees-of-freedom",
+    "unlike-noise",
     "model-error",
     "zero-in-interval",
     "carried",

@@ -96,6 +96,23 @@ CASES: dict[str, tuple[str, str, list[str], int]] = {
     "tracker and sigma": (
         "{sigma_mm: 0.03}", "{sigma_mm: 0.03, tracker: {position_mm: [3000, 0, 0], preset: x}}",
         ["line 13", "exactly one"], 2),
+    "pose without its noise": (
+        "{sigma_mm: 0.03}", "{measures: pose, sigma_mm: 0.03}",
+        ["line 13", "needs sigma_mrad", "0.175 mrad"], 2),
+    "noise of a rotation nobody measures": (
+        "{sigma_mm: 0.03}", "{sigma_mm: 0.03, sigma_mrad: 0.05}",
+        ["line 13", "positions alone are measured", "measures: pose"], 2),
+    "measures something": (
+        "{sigma_mm: 0.03}", "{measures: angles, sigma_mm: 0.03}",
+        ["line 13", "'position' or 'pose'", "'angles'"], 2),
+    "pose without positions": (
+        "{sigma_mm: 0.03}", "{measures: pose, sigma_mrad: 0.05}", ["line 13", "exactly one"], 2),
+    "rotation in degrees": (
+        "{sigma_mm: 0.03}", "{measures: pose, sigma_mm: 0.03, sigma_deg: 0.01}",
+        ["line 13", "not accepted", "'sigma_mrad'"], 2),
+    "no noise of rotation": (
+        "{sigma_mm: 0.03}", "{measures: pose, sigma_mm: 0.03, sigma_mrad: 0}",
+        ["line 13", "sigma_mrad", "positive"], 2),
     "no such preset": (
         "{sigma_mm: 0.03}", "{tracker: {position_mm: [3000, 0, 0], preset: leica}}",
         ["line 13", "no preset 'leica'", "leica-at500"], 2),

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import stats
 
-from elastocal.fitting.goodness import lack_of_fit, p_value_chi_square
+from elastocal.fitting.goodness import lack_of_fit, p_value_chi_square, p_value_ratio
 
 SIGMA = 2.0
 
@@ -87,3 +88,16 @@ def test_chi_square_by_hand() -> None:
     assert p_value_chi_square(3.0, 2) == pytest.approx(np.exp(-1.5))
     assert p_value_chi_square(3.0, 1) > 0.0
     assert np.isnan(p_value_chi_square(3.0, 0))
+
+
+def test_two_estimates_of_one_noise() -> None:
+    """The F test of equal variances, in either direction."""
+    for scale, dof, other, other_dof in ((1.3, 20.0, 0.9, 31.5), (0.5, 12.0, 1.1, 40.0)):
+        ratio = scale**2 / other**2
+        f = stats.f(dof, other_dof)
+        expected = 2.0 * min(f.sf(ratio), f.cdf(ratio))
+        assert p_value_ratio(scale, dof, other, other_dof) == pytest.approx(expected, rel=1e-9)
+        swapped = p_value_ratio(other, other_dof, scale, dof)
+        assert swapped == pytest.approx(expected, rel=1e-9)
+    assert np.isnan(p_value_ratio(1.0, 0.0, 1.0, 3.0))
+    assert np.isnan(p_value_ratio(float("nan"), 3.0, 1.0, 3.0))

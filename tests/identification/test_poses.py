@@ -7,10 +7,12 @@ from functools import cache
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from elastocal.arrays import Array
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.regressor import regressor
+from elastocal.fitting.goodness import p_value_ratio
 from elastocal.identification.doubts import doubts
 from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
@@ -128,6 +130,38 @@ def test_one_factor_for_both_kinds_if_the_noise_is_estimated() -> None:
     np.testing.assert_allclose(
         estimated.standard_error, estimated.scale * found().standard_error, rtol=1e-9
     )
+
+
+def noisier(turn: float, seed: int = 5) -> Identification:
+    """Rotations with so many times the noise they promise."""
+    one = replace(study(), instrument=PoseProbe(Isotropic(SIGMA), turn * TURN))
+    rng, repeats, truth = np.random.default_rng(seed), np.array([9, 8, 9, 9]), kr270_truth(one)
+    data = simulate(one, truth, published_cases(4), repeats, rng)
+    promised = np.where(data.rotations, TURN, SIGMA)[:, None, None] ** 2 * np.eye(3)
+    return identify(study().arm, replace(data, covariance=promised), known=truth)
+
+
+def test_the_noise_of_each_kind_is_found_from_its_own_residuals() -> None:
+    """Their freedoms and χ² are those of the fit; noise of twice the size is told, and once not."""
+    for turn in (1.0, 2.0):
+        one = noisier(turn)
+        position, rotation = one.noise_of_kinds
+        assert position.dof + rotation.dof == pytest.approx(one.dof)
+        total = sum(n.dof * n.scale**2 for n in one.noise_of_kinds)
+        assert total == pytest.approx(one.chi_square)
+        assert position.scale == pytest.approx(1.0, abs=0.2)
+        assert rotation.scale == pytest.approx(turn, rel=0.2)
+        assert ("unlike-noise" in {d.code for d in doubts(one)}) == (turn > 1.0)
+    alone = without(read(), read().rotations)
+    one = identify(study().arm, alone, known=kr270_truth(study()))
+    assert [n.scale for n in one.noise_of_kinds] == [one.scale]
+
+
+def test_the_ratio_of_the_noises_is_judged_as_chance_would_have_it() -> None:
+    """As promised: probabilities uniform from 0 to 1 (Kolmogorov and Smirnov)."""
+    found = [noisier(1.0, seed).noise_of_kinds for seed in range(80)]
+    p = [p_value_ratio(a.scale, a.dof, b.scale, b.dof) for a, b in found]
+    assert stats.kstest(p, "uniform").pvalue > 0.05
 
 
 def test_an_experiment_that_turns_the_wrong_way_is_named() -> None:

@@ -138,22 +138,26 @@ def _say_measurements(made: Measurements, out: Path, as_json: bool) -> None:
     """What one virtual campaign came to."""
     import numpy as np
 
-    largest = float(np.linalg.norm(made.deflection, axis=1).max())
+    size = np.linalg.norm(made.deflection, axis=1)
+    largest = float(size[~made.rotations].max())
+    turned = float(size[made.rotations].max()) if made.tool.rotation else None
     if as_json:
         print_json(
             {
                 "experiments": len(made.cases),
                 "readings": len(made),
                 "largest_deflection_mm": 1e3 * largest,
+                **({} if turned is None else {"largest_rotation_mrad": 1e3 * turned}),
                 "source": made.source,
             }
         )
     else:
         from elastocal.wording.lists import counted
 
+        rotations = "" if turned is None else f", rotations up to {1e3 * turned:.4g} mrad"
         print(
             f"wrote {out}: {counted(len(made.cases), 'experiment')}, "
-            f"{counted(len(made), 'reading')}, deflections up to {1e3 * largest:.4g} mm"
+            f"{counted(len(made), 'reading')}, deflections up to {1e3 * largest:.4g} mm{rotations}"
         )
 
 

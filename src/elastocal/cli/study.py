@@ -109,13 +109,15 @@ def _check_measurements(
     if as_json:
         import numpy as np
 
-        largest = np.linalg.norm(data.deflection, axis=1).max(initial=0.0)
+        size = np.linalg.norm(data.deflection, axis=1)
+        turned = {"largest_rotation_mrad": 1e3 * float(size[data.rotations].max(initial=0.0))}
         print_json(
             {
                 "experiments": len(data.cases),
                 "readings": len(data),
                 "own_uncertainty": data.own_uncertainty,
-                "largest_deflection_mm": 1e3 * float(largest),
+                "largest_deflection_mm": 1e3 * float(size[~data.rotations].max(initial=0.0)),
+                **(turned if data.tool.rotation else {}),
                 "sha256": data.sha256,
                 "remarks": [*data.remarks, *map(worded, data.doubts)],
                 "doubts": doubt_entries(data.doubts),

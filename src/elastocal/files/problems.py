@@ -99,8 +99,10 @@ def _suggestion(value: Any, path: Path_, model: type[Section]) -> str:
     stem = re.sub(_UNIT, "", key)
     with_unit = [name for name in allowed if re.sub(_UNIT, "", name) == stem]
     if with_unit and with_unit[0] != key:
-        reason = "the key has no unit" if stem == key else "this unit is not accepted here"
-        return f": {reason}, write {with_unit[0]!r}"
+        if stem == key:
+            return f": the key has no unit, write {with_unit[0]!r}"
+        nearest = difflib.get_close_matches(key, with_unit, 1, 0.0)[0]
+        return f": this unit is not accepted here, write {nearest!r}"
     close = difflib.get_close_matches(key, allowed, 1)
     if close:
         return f"; did you mean {close[0]!r}?"

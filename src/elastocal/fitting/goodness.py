@@ -53,6 +53,17 @@ def quantile(probability: float, dof: float) -> float:
     return float(ndtri(probability) if np.isinf(dof) else stdtrit(dof, probability))
 
 
+def p_value_ratio(scale: float, dof: float, other: float, other_dof: float) -> float:
+    """Probability of two estimates of one noise so far apart, in either direction."""
+    from scipy.special import fdtrc
+
+    if not (dof > 0.0 and other_dof > 0.0 and np.isfinite(scale) and np.isfinite(other)):
+        return float("nan")
+    ratio = scale**2 / max(other**2, 1e-300)
+    above = float(fdtrc(dof, other_dof, ratio))
+    return 2.0 * min(above, 1.0 - above)
+
+
 def lack_of_fit(
     residual: Array, noise: Array, group: IntArray, parameters: int, misfit: float = 0.0
 ) -> LackOfFit | None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from elastocal.arrays import Array, IntArray
 from elastocal.errors import Doubt
-from elastocal.fitting.goodness import SURE, p_value_chi_square
+from elastocal.fitting.goodness import SURE, p_value_chi_square, p_value_ratio
 from elastocal.identification.leave_one_out import left_out_covariance
 from elastocal.identification.result import Identification
 
@@ -56,10 +56,20 @@ def _noise(found: Identification) -> Iterator[Doubt]:
             yield Doubt("quieter-than-promised", numbers=numbers)
     if found.how.estimates_sigma and found.dof < _FEW:
         yield Doubt("few-degrees-of-freedom", numbers={"dof": found.dof})
+    yield from _unlike(found)
     lack = found.lack_of_fit
     if lack is not None and lack.beyond_chance:
         scales = {"pure_scale": lack.pure_scale, "fit_scale": lack.fit_scale}
         yield Doubt("model-error", numbers=scales)
+
+
+def _unlike(found: Identification) -> Iterator[Doubt]:
+    """Positions and rotations whose noises are not in the ratio that was promised."""
+    if len(found.noise_of_kinds) < 2 or found.how.robust:
+        return
+    one, other = found.noise_of_kinds
+    if p_value_ratio(one.scale, one.dof, other.scale, other.dof) < SURE:
+        yield Doubt("unlike-noise", numbers={"positions": one.scale, "rotations": other.scale})
 
 
 def _intervals(found: Identification) -> Iterator[Doubt]:

@@ -19,6 +19,7 @@ from elastocal.elastic.springs import merged, subset
 from elastocal.errors import Doubt, IdentifiabilityError, InputError
 from elastocal.fitting.goodness import lack_of_fit
 from elastocal.fitting.influence import Influence, influence, influence_on, reordered
+from elastocal.fitting.least_squares import inverse_root
 from elastocal.identification.fit import Fit
 from elastocal.identification.gauss_newton import (
     Problem,
@@ -26,7 +27,7 @@ from elastocal.identification.gauss_newton import (
     solve_equilibrium,
     solve_linear,
 )
-from elastocal.identification.result import Identification
+from elastocal.identification.result import Identification, NoiseFound
 from elastocal.identification.uncertainty import covariance_of, noise
 from elastocal.matrices import confounded
 from elastocal.measuring.measurements import Measurements
@@ -85,6 +86,7 @@ def identify(
         how=how,
         linear=frozen(linear.compliance[0, wanted]),
         scale=scale,
+        noise_of_kinds=_noise_of_kinds(measurements, problem, found, scale, how),
         chi_square=chi_square,
         dof=dof,
         lack_of_fit=lack_of_fit(
@@ -207,6 +209,29 @@ def _influences(
         influence_on(wanted, own, information),
         influence_on(wanted, by_case, information),
     ), left_out
+
+
+def _noise_of_kinds(
+    measurements: Measurements, problem: Problem, found: Solution, scale: float, how: Fit
+) -> tuple[NoiseFound, ...]:
+    """Noise of positions and of rotations; that of all where there is but one kind.
+
+    Residuals of outlying readings tell no noise, so a robust fit has one scale for all.
+
+    Source: a group of residuals has as many freedoms as coordinates, less their leverage.
+    """
+    kinds = measurements.quantities
+    if len(kinds) == 1 or how.robust or problem.dof < 1:
+        return tuple(NoiseFound(kind, scale, float(problem.dof)) for kind in kinds)
+    rows = found.rows[:, :, problem.free]
+    root = inverse_root(found.fit.triangle)
+    leverage, square = np.sum((rows @ root) ** 2, axis=(1, 2)), np.sum(found.residual**2, axis=1)
+    noise = []
+    for kind in kinds:
+        dof = float(3 * kind.readings.sum() - leverage[kind.readings].sum())
+        total = float(square[kind.readings].sum())
+        noise.append(NoiseFound(kind, float(np.sqrt(total / dof)) if dof > 0.1 else np.nan, dof))
+    return tuple(noise)
 
 
 def _with_unit(problem: Problem, residual: Array) -> Array:

@@ -14,7 +14,22 @@ from elastocal.fitting.goodness import LackOfFit, quantile
 from elastocal.fitting.influence import Influence
 from elastocal.fitting.least_squares import column_norms
 from elastocal.identification.fit import Fit
-from elastocal.measuring.measurements import Measurements
+from elastocal.measuring.measurements import Measurements, Quantity
+
+
+@dataclass(frozen=True)
+class NoiseFound:
+    """Noise of the readings of one kind.
+
+    Attributes:
+        kind: Positions or rotations.
+        scale: Estimated noise over the promised one.
+        dof: Degrees of freedom of that: coordinates, less the share of the unknowns they tell.
+    """
+
+    kind: Quantity
+    scale: float
+    dof: float
 
 
 @dataclass(frozen=True)
@@ -28,6 +43,7 @@ class Identification:
         how: How they were fitted.
         linear: (p,) estimates of the linear model, from the same readings.
         scale: Estimated noise over that of instrument or file; 1 means: as promised.
+        noise_of_kinds: The same of positions and of rotations, each from its own residuals.
         chi_square: Sum of the squared residuals over their variances, promised ones.
         dof: Degrees of freedom: coordinates read, less unknowns.
         lack_of_fit: What repeats say of the model; None without repeats.
@@ -50,6 +66,7 @@ class Identification:
     how: Fit
     linear: Array
     scale: float
+    noise_of_kinds: tuple[NoiseFound, ...]
     chi_square: float
     dof: int
     lack_of_fit: LackOfFit | None

@@ -34,6 +34,7 @@ _SMALL_TOOL = 0.005  # [m]
 _SMALL_ANGLE = float(np.radians(6.3))  # of a turn in radians taken for degrees
 _SMALL_FORCE = 1.0  # [N]
 _COARSE = 1e-3  # σ [m]
+_COARSE_ROTATION = 3e-3  # σ of a rotation [rad]
 
 
 @dataclass(frozen=True)
@@ -139,6 +140,9 @@ def _doubts(study: Study, reach: float) -> Iterator[Doubt]:
             yield Doubt("small-pose-force", (pose.name,), numbers={"force": force})
     if study.sigma > _COARSE:
         yield Doubt("coarse-sigma", numbers={"sigma": study.sigma})
+    rotation = study.instrument.sigma_rotation
+    if rotation is not None and rotation > _COARSE_ROTATION:
+        yield Doubt("coarse-sigma", numbers={"sigma": rotation}, unit="rad")
     if 0.0 < study.experiments.force.size < _SMALL_FORCE:
         yield Doubt("small-force", numbers={"force": study.experiments.force.size})
     yield from _small_cell(study)

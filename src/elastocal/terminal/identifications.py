@@ -83,13 +83,20 @@ def _noise(found: Identification) -> str:
         for size, unit in sizes
     )
     text = (
-        f"Residuals: {each}; noise {found.scale:.3g} times what σ promises "
+        f"Residuals: {each}; noise {found.scale:.3g} times what σ promises{_of_kinds(found)} "
         f"(χ² = {found.chi_square:.4g}, {found.dof} degrees of freedom)"
     )
     lack = found.lack_of_fit
     if lack is not None and lack.fit_dof > 0:
         text += f"; lack of fit against repeats: p = {lack.p_value:.2g}"
     return text + "."
+
+
+def _of_kinds(found: Identification) -> str:
+    """The noise of positions and of rotations, if there are both."""
+    if len(found.noise_of_kinds) < 2:
+        return ""
+    return ", " + ", ".join(f"{n.scale:.3g} of {n.kind.name}s" for n in found.noise_of_kinds)
 
 
 def _linear(found: Identification) -> str:

@@ -86,6 +86,11 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         f"σ is estimated from {doubt.numbers['dof']} degrees of freedom only: the intervals are "
         "wide"
     ),
+    "unlike-noise": lambda doubt: (
+        f"positions scatter {short(doubt.numbers['positions'])} times as much as promised, "
+        f"rotations {short(doubt.numbers['rotations'])} times: their weights do not fit to each "
+        "other; look at the noise of both, and at the model"
+    ),
     "model-error": _model_error,
     "zero-in-interval": _zero_in_interval,
     "carried": _carried,

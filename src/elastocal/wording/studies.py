@@ -47,6 +47,18 @@ def _rigid_at_test_pose(doubt: Doubt) -> str:
     )
 
 
+def _coarse(doubt: Doubt) -> str:
+    if doubt.unit == "rad":
+        return (
+            f"sigma of rotations is {1e3 * doubt.numbers['sigma']:.3g} mrad: were microradians "
+            "meant? 0.01° are 0.175 mrad"
+        )
+    return (
+        f"sigma is {_mm(doubt, 'sigma')} per coordinate: were micrometres meant? A laser tracker "
+        "has about 0.03 mm"
+    )
+
+
 SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     "small-tool": lambda doubt: (
         f"tool {doubt.about[0]!r} is no larger than {_mm(doubt, 'size')}: were metres meant?"
@@ -63,10 +75,7 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     "small-force": lambda doubt: (
         f"the calibration force is only {doubt.numbers['force']:g} N: were kilonewtons meant?"
     ),
-    "coarse-sigma": lambda doubt: (
-        f"sigma is {_mm(doubt, 'sigma')} per coordinate: were micrometres meant? A laser tracker "
-        "has about 0.03 mm"
-    ),
+    "coarse-sigma": _coarse,
     "near-tracker": lambda doubt: (
         f"the tracker stands {1e3 * doubt.numbers['distance']:.3g} mm from the origin of the base: "
         "were metres meant?"

@@ -34,6 +34,11 @@ def identification_sections(found: Identification) -> dict[str, Any]:
             "remarks": [worded(doubt) for doubt in weak],
             "doubts": doubt_entries(weak),
             "scale_of_noise": found.scale,
+            **(
+                {"scale_of_noise_by_kind": {n.kind.name: n.scale for n in found.noise_of_kinds}}
+                if len(found.noise_of_kinds) > 1
+                else {}
+            ),
             "chi_square": found.chi_square,
             "degrees_of_freedom": found.dof,
             "lack_of_fit": None if lack is None else vars(lack),

@@ -76,7 +76,12 @@ def strips_chart(strips: Strips, width: float) -> Markup:
     x = np.array([place[int(c)] for c in case]) + np.clip(column, 0.0, 40.0) * 0.7 * offsets
     items = [("band", strips.band), ("dot", "inside"), ("far", "outside")]
     y = 46.0 + legend_height(items, left, right) - 20.0
-    parts_title = text(4.0, y - 4.0, f"error [{unit}]", "axis-title")
+    parts_title = text(
+        4.0,
+        y - 4.0,
+        f"{'error' if strips.unit == 'm' else 'error of the rotation'} [{unit}]",
+        "axis-title",
+    )
     y += 10.0
     parts = [*legend(items, left, 10.0, right), parts_title]
     radius = float(np.clip(0.22 * column, 1.6, 4.2))

@@ -95,12 +95,12 @@ def tiles(found: Identification) -> list[Tile]:
         )
     ]
     if np.isfinite(found.scale):
-        sigmas = [(data.noise_of(kind), kind.unit) for kind in data.quantities]
-        promised = " and ".join(small(sigma, unit) for sigma, unit in sigmas)
+        each = [(n, data.noise_of(n.kind), n.kind.unit) for n in found.noise_of_kinds]
+        promised = " and ".join(small(sigma, unit) for _, sigma, unit in each)
         made.append(
             Tile(
                 "Noise found",
-                " and ".join(small(found.scale * sigma, unit) for sigma, unit in sigmas),
+                " and ".join(small(n.scale * sigma, unit) for n, sigma, unit in each),
                 f"Standard deviation of one coordinate, from {found.dof} degrees of freedom: "
                 f"{number(found.scale, 2)} times what was promised, {promised}.",
             )

@@ -123,10 +123,11 @@ def _identified(found: Identification) -> Step:
     )
     if np.isfinite(found.scale):
         data = found.measurements
-        for kind in data.quantities:
+        for noise in found.noise_of_kinds:
+            kind = noise.kind
             sigma, of = data.noise_of(kind), "" if kind.unit == "m" else "of rotations "
             said += (
-                f" Noise {of}found: σ = {small(found.scale * sigma, kind.unit)}, promised "
+                f" Noise {of}found: σ = {small(noise.scale * sigma, kind.unit)}, promised "
                 f"{small(sigma, kind.unit)}."
             )
     largest = float(relative[worst])
