@@ -1,0 +1,148 @@
+"""Two campaigns from the command line: what is said, written and refused."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.cli.test_commands import run
+
+FIRST = """\
+elastocal: 1
+robot: three-link
+identify: [J2, J3]
+test_poses:
+  - {name: task, tool: tip, q_deg: [0, 60, -45], force_N: [0, 290, -960]}
+experiments: {tool: tip, force_N: [0, 0, -1000], count: 4}
+instrument: {sigma_mm: 0.1}
+"""
+SECOND = FIRST.replace("[J2, J3]", "[J1]").replace("0, 0, -1000", "300, 900, -300")
+TRUTH = "compliance: {J1: {value: 2.0e-6, unit: rad/(N.m)}, J2: {value: 3.0e-6, unit: rad/(N.m)}, "
+TRUTH += "J3: {value: 5.0e-6, unit: rad/(N.m)}}\n"
+
+
+def done(*arguments: str | Path) -> str:
+    result = run(*arguments)
+    assert result.exit_code == 0, result.output
+    return str(result.output)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Both campaigns, done."""
+    path = tmp_path_factory.mktemp("steps")
+    for name, text in (("one.yaml", FIRST), ("two.yaml", SECOND), ("truth.yaml", TRUTH)):
+        (path / name).write_text(text, encoding="utf-8")
+    done("plan", path / "one.yaml", "-o", path / "one.json")
+    truth = ("--truth", path / "truth.yaml")
+    done("simulate", path / "one.yaml", path / "one.json", *truth, "-o", path / "one_m.csv")
+    done("identify", path / "one.yaml", path / "one_m.csv", "-o", path / "first.json")
+    known = ("--known", path / "first.json")
+    done("plan", path / "two.yaml", *known, "-o", path / "two.json")
+    done("simulate", path / "two.yaml", path / "two.json", *truth, "-o", path / "two_m.csv")
+    done("identify", path / "two.yaml", path / "two_m.csv", *known, "-o", path / "model.json")
+    return path
+
+
+def flat(text: str) -> str:
+    return " ".join(text.split())
+
+
+def test_promise_and_result_are_the_whole_error(folder: Path) -> None:
+    plan = json.loads((folder / "two.json").read_text("utf-8"))
+    model = json.loads((folder / "model.json").read_text("utf-8"))
+    (pose,) = model["diagnostics"]["test_poses"]
+    assert pose["rho0_mm"] == pytest.approx(plan["rho0_mm"], rel=0.05)
+    assert model["identification"]["identified"] == ["J1"]
+    assert list(model["compliance"]) == ["J1", "J2", "J3"]
+    names = [entry["name"] for entry in model["provenance"]["models"]]
+    assert names == ["first.json"]
+
+
+def test_what_is_known_is_said(folder: Path, tmp_path: Path) -> None:
+    out = tmp_path / "plan.json"
+    said = flat(done("plan", folder / "two.yaml", "--known", folder / "one.json", "-o", out))
+    assert "J2, J3: known as well as one.json promises; errors count in every number." in said
+    assert "taken as rigid" not in said
+    said = flat(done("plan", folder / "one.yaml", "-o", out))
+    assert "J1 is taken as rigid, but bent at test pose 'task': its error comes on top" in said
+    said = flat(
+        done(
+            "identify", folder / "two.yaml", folder / "two_m.csv", "--known",
+            folder / "first.json", "-o", tmp_path / "m.json",
+        )
+    )  # fmt: skip
+    assert "Known from before, and fitted along: J2, J3" in said
+    assert "by the uncertainty of J1, J2, J3." in said
+    assert "Stiffness at 'task': TCP of 'tip', base axes" in said
+    said = flat(done("evaluate", folder / "two.yaml", folder / "two.json", "--random", "0"))
+    assert "note: two.json counts what first.json knows of J2, J3" in said
+
+
+def test_another_model_under_the_same_name_is_noticed(folder: Path, tmp_path: Path) -> None:
+    model = json.loads((folder / "first.json").read_text("utf-8"))
+    for row in model["covariance"]["matrix"]:
+        row[:] = [4.0 * value for value in row]
+    for entry in model["compliance"].values():
+        entry["standard_error"] *= 2.0
+    (tmp_path / "first.json").write_text(json.dumps(model), encoding="utf-8")
+    study = tmp_path / "two.yaml"
+    study.write_text(SECOND + "known: first.json\n", encoding="utf-8")
+    result = run("evaluate", study, folder / "two.json", "--random", "0")
+    said = flat(result.output)
+    assert "two.json was made when first.json was another file" in said
+    assert "it claims ρ0 =" in said
+    assert result.exit_code == 2
+
+
+def test_validation_in_turn_needs_what_was_known(folder: Path) -> None:
+    arguments = ("validate", folder / "two.yaml", folder / "model.json", folder / "two_m.csv")
+    assert "left out in turn" in done(*arguments, "--known", folder / "first.json")
+    result = run(*arguments)
+    assert result.exit_code == 2
+    assert "with a prior or known joints" in result.output
+
+
+def test_campaigns_of_a_second_plan_know_the_first(folder: Path, tmp_path: Path) -> None:
+    out = tmp_path / "campaigns.json"
+    done(
+        "simulate", folder / "two.yaml", folder / "two.json", "--truth", folder / "truth.yaml",
+        "--campaigns", "1000", "-o", out,
+    )  # fmt: skip
+    document = json.loads(out.read_text("utf-8"))
+    (plan,) = document["plans"].values()
+    assert plan["rms_mm"] == pytest.approx(plan["rho0_mm"], rel=0.06)
+    assert list(plan["compliance"]) == ["J1", "J2", "J3"]
+    assert document["taken_as_known"] == []
+
+
+@pytest.mark.parametrize("command", ["plan", "identify"])
+def test_what_is_known_is_not_overwritten(folder: Path, tmp_path: Path, command: str) -> None:
+    known = tmp_path / "first.json"
+    known.write_bytes((folder / "first.json").read_bytes())
+    study = tmp_path / "two.yaml"
+    study.write_text(SECOND + "known: first.json\n", encoding="utf-8")
+    data = [folder / "two_m.csv"] if command == "identify" else []
+    for arguments in ((study,), (folder / "two.yaml", "--known", known)):
+        result = run(command, arguments[0], *data, *arguments[1:], "-o", known)
+        assert result.exit_code == 2
+        assert "would be written over the file it is made from" in result.output
+    assert known.read_bytes() == (folder / "first.json").read_bytes()
+
+
+def test_a_plan_cannot_be_fitted_with(folder: Path, tmp_path: Path) -> None:
+    arguments = ("identify", folder / "two.yaml", folder / "two_m.csv")
+    result = run(*arguments, "--known", folder / "one.json", "-o", tmp_path / "m.json")
+    assert result.exit_code == 2
+    assert "a plan has no compliances of J2, J3; name the model" in flat(result.output)
+
+
+def test_a_joint_that_nothing_moves_is_shown_the_way_out(tmp_path: Path) -> None:
+    study = tmp_path / "study.yaml"
+    study.write_text(FIRST.replace("[J2, J3]", "[J1, J2, J3]"), encoding="utf-8")
+    result = run("plan", study, "-o", tmp_path / "plan.json")
+    assert result.exit_code == 4
+    assert "J1: no allowed experiment deflects a marker through this joint" in result.output
+    assert "by a second campaign, see 'Joint 1 by a second campaign'" in flat(result.output)
