@@ -12,7 +12,7 @@ from elastocal.files.models.stiffness_section import pose_entries
 from elastocal.study.at_test_poses import at_test_poses
 from elastocal.study.study import TestPose
 from elastocal.study.test_path import test_path
-from elastocal.wording.stiffness import left_out, ranged
+from elastocal.wording.stiffness import left_out, plus_minus, ranged
 from tests.kr270 import kr270_study, kr270_truth
 
 
@@ -69,6 +69,12 @@ def test_values_are_worded_with_their_intervals(
     interval: tuple[float, float, float], text: str
 ) -> None:
     assert ranged(interval, 1e6) == text
+
+
+def test_where_room_is_short_half_the_width_is_said() -> None:
+    assert plus_minus((2.0e-6, 1.9e-6, 2.1e-6), 1e6) == "2.000 ± 0.10"
+    assert plus_minus((np.inf, np.inf, np.inf), 1.0) == "∞"
+    assert plus_minus((0.5, 0.4, np.inf), 1.0) == "0.5000 ± ∞"
 
 
 def test_what_a_stiffness_lacks_is_said() -> None:

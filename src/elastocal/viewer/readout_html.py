@@ -17,7 +17,7 @@ from elastocal.elastic.cartesian import CartesianCompliance
 from elastocal.viewer.readout import Bending, Readout, Room
 from elastocal.viewer.subject import Subject
 from elastocal.wording.numbers import fixed, plain, vector, words
-from elastocal.wording.stiffness import STIFFNESS, ranged
+from elastocal.wording.stiffness import STIFFNESS, plus_minus
 
 _SIGNS = {"broken": "✕", "near": "!", "free": "✓"}
 _SHADES = {"broken": COLOURS["alarm"], "near": COLOURS["contrast"], "free": "#2c7a4b"}
@@ -95,9 +95,9 @@ def _stiffness(found: CartesianCompliance) -> str:
     """Stiffness at the TCP along the axes of the base, and where it is least."""
     scale = f"<span style='{_MUTED};font-weight:400'>{STIFFNESS[1]}, base axes</span>"
     softest = found.principal[0]
-    lines = [(f"along {line.name}", line) for line in found.axes]
-    lines.append((f"softest {vector(softest.direction, 2)}", softest))
-    rows = [_row(n, ranged(line.stiffness, STIFFNESS[0]), "stiffness") for n, line in lines]
+    lines = [*((f"along {line.name}", line) for line in found.axes), ("softest", softest)]
+    rows = [_row(n, plus_minus(line.stiffness, STIFFNESS[0]), "stiffness") for n, line in lines]
+    rows.append(_row("which is along", vector(softest.direction, 2), "softest"))
     if found.rigid:
         rows.append(_row("taken as rigid", ", ".join(found.rigid), "rigid"))
     title = _title(f"Stiffness at the TCP {scale}")

@@ -18,6 +18,15 @@ def ranged(interval: tuple[float, float, float], factor: float) -> str:
     return f"{number(value, digits)} ({number(low, digits)} … {number(high, digits)})"
 
 
+def plus_minus(interval: tuple[float, float, float], factor: float) -> str:
+    """A value [SI] times a factor, with half the width of its interval, where room is short."""
+    value, low, high = (factor * end for end in interval)
+    half = 0.5 * (high - low)
+    if not (np.isfinite(value) and half > 0.0):
+        return number(value, 4)
+    return f"{number(value, _digits(value, 2.0 * half))} ± {number(half, 2)}"
+
+
 def _digits(value: float, width: float) -> int:
     """So many that an interval of this width has two of its own, four at least."""
     if not (np.isfinite(width) and value):
