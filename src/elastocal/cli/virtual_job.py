@@ -37,7 +37,7 @@ from elastocal.identification.identify import identify
 from elastocal.identification.result import Identification
 from elastocal.identification.validation import Validation, validate
 from elastocal.measuring.measurements import Measurements
-from elastocal.planning.plan import Plan
+from elastocal.planning.plan import Plan, plan
 from elastocal.report.contents import Contents
 from elastocal.simulation.campaigns import MonteCarlo
 from elastocal.simulation.virtual_campaign import simulate
@@ -45,12 +45,13 @@ from elastocal.study.at_test_poses import at_test_poses
 from elastocal.study.study import Study
 from elastocal.study.two_steps import with_known
 from elastocal.terminal.compensations import show_compensation
+from elastocal.terminal.console import micrometres, progress
 from elastocal.terminal.console import out as console
 from elastocal.terminal.identifications import show_identification, show_validation
 from elastocal.terminal.plans import show_plan
 from elastocal.terminal.stiffness import show_errors_left, show_stiffness
 
-GIVEN = ("study.yaml", "study_a1.yaml", "truth.json", "path.csv")
+GIVEN = ("study_path.yaml", "study_a1.yaml", "truth.json", "path.csv")
 _KEPT_ASIDE = 8  # random experiments to validate with
 _CAMPAIGNS = 2000
 
@@ -58,14 +59,15 @@ _CAMPAIGNS = 2000
 def do_job(folder: Path, seed: int) -> None:
     """Do the whole job on the robot of the paper, writing every file to a folder."""
     _prepare(folder)
-    studies = [read_study(folder / name) for name in ("study.yaml", "study_a1.yaml")]
+    studies = [read_study(folder / name) for name in ("study_path.yaml", "study_a1.yaml")]
     truth = read_model(folder / "truth.json", studies[0].robot)
     rng = np.random.default_rng([seed, 2])
-    _say("1. Plan the experiments that identify A2 to A6 under a hung weight")
-    plan = _plan(studies[0], folder / "plan.json", seed)
+    _say("1. Plan, for a milling path, the experiments that identify A2 to A6 under a hung weight")
+    made = _plan(studies[0], folder / "plan.json", seed)
+    _compare_with_one_pose(made, seed)
     _say("2. Measure and identify (a virtual robot bends; a virtual laser tracker measures)")
     first = _measure(
-        studies[0], truth, (plan.load_cases, plan.repeats), folder / "measurements.csv", rng
+        studies[0], truth, (made.load_cases, made.repeats), folder / "measurements.csv", rng
     )
     identification = _identify(studies[0], first, folder / "model_a2_a6.json")
     _say("3. The same for A1, which only a sideways force can move")
@@ -79,7 +81,7 @@ def do_job(folder: Path, seed: int) -> None:
     _say(f"4. Validate on {_KEPT_ASIDE} experiments that were not used")
     validation = _validate(studies[0], whole.model, truth, folder / "validation.csv", rng)
     contents = Contents(
-        plan,
+        made,
         identification=identification,
         references={"truth": truth},
         validation=validation,
@@ -88,7 +90,7 @@ def do_job(folder: Path, seed: int) -> None:
     _say("5. Correct a milling path of 200 points for the process force")
     contents = _compensate(contents, whole.model, truth, folder)
     _say(f"6. Report, with {_CAMPAIGNS} campaigns like this one")
-    contents = replace(contents, monte_carlo=_campaigns(plan, truth, rng))
+    contents = replace(contents, monte_carlo=_campaigns(made, truth, rng))
     write_report(contents, folder / "report.html", quick=False, seed=seed)
     print(f"everything is in {folder}: " + ", ".join(sorted(p.name for p in folder.iterdir())))
 
@@ -118,6 +120,25 @@ def _plan(study: Study, out: Path, seed: int) -> Plan:
     made = planned(study, out, seed)
     show_plan(made)
     return made
+
+
+def _compare_with_one_pose(path_plan: Plan, seed: int) -> None:
+    """Say what a plan for the single pose of the study would leave along its path."""
+    study = path_plan.study
+    pose, path = study.test_poses
+    poses = (replace(pose, weight=1.0), replace(path, weight=0.0))
+    with progress("planning for one pose") as tell:
+        alone = plan(replace(study, test_poses=poses), seed=seed, progress=tell).assessment
+    at, worst = alone.rho0_each[1], alone.worst_points[1]
+    assert worst is not None
+    more = at / path_plan.assessment.rho0 - 1.0
+    console.print(
+        Text(
+            f"A plan for the one pose {pose.name!r} would leave {micrometres(at)} along the path, "
+            f"{micrometres(worst.rho0)} at its worst point: {100 * more:.0f} % more from as many "
+            "experiments."
+        )
+    )
 
 
 def _measure(
