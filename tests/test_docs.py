@@ -196,6 +196,13 @@ def test_commands_exist_with_their_options(path: Path) -> None:
             assert re.search(rf"^{target}:", (ROOT / "Makefile").read_text("utf-8"), re.M), line
 
 
+def test_every_equation_has_a_number_of_its_own() -> None:
+    text = (DOCS / "math.md").read_text("utf-8")
+    numbers = re.findall(r"^\| (\d+[a-z]?) \|", text, re.MULTILINE)
+    assert len(numbers) > 50
+    assert len(numbers) == len(set(numbers))
+
+
 def test_every_command_is_in_the_readme() -> None:
     named = {c for code in quoted(ROOT / "README.md") for c in re.findall(r"elastocal (\w+)", code)}
     assert set(COMMANDS) - {"demo"} <= named  # `make demo` is
