@@ -56,10 +56,11 @@ def report_command(
 
     Whatever follows the plan is computed again from the files that are named.
     """
-    from elastocal.cli.inputs import Files, proposals
+    from elastocal.cli.inputs import Files, note_origin, proposals
     from elastocal.cli.stages import stages, virtual_campaigns, write_report
     from elastocal.files.models.model_file import read_model
     from elastocal.files.plans.plan_file import read_plan
+    from elastocal.files.plans.proposal_file import read_proposal
     from elastocal.files.study.study_file import read_study
     from elastocal.planning.assessment import assess
     from elastocal.terminal.console import progress
@@ -71,6 +72,8 @@ def report_command(
         raise InputError("--random needs --campaigns: how many to simulate")
     writable(out, plan_file, *([study_file] if study_file else []), *(vs or []), *files.all)
     given = None if study_file is None else read_study(study_file)
+    if given is not None:
+        note_origin(plan_file.name, read_proposal(plan_file, given), given)
     with progress("bound") as tell:
         plan = read_plan(plan_file, given, seed=seed, progress=tell)
     proposed = proposals(vs or [], plan.study)

@@ -54,7 +54,7 @@ def _errors(found: MonteCarlo) -> Values:
         "seed": found.seed,
         "linear": found.linear,
         "known": list(found.known),
-        "poses": len(found.test_poses),
+        "poses": int((found.plans[0].weight > 0.0).sum()),
         "sigma": found.how.sigma,
         "chart": two_widths(
             lambda width: histogram_chart(found.plans, predicted, width, found.random)
