@@ -33,6 +33,7 @@ _PUBLIC = {
     "with_known": "elastocal.study.two_steps",
     "FixedVector": "elastocal.elastic.allowed_loads",
     "FreeDirection": "elastocal.elastic.allowed_loads",
+    "InPlane": "elastocal.elastic.allowed_loads",
     "HalfSpace": "elastocal.constraints",
     "MinRadius": "elastocal.constraints",
     "Elevation": "elastocal.constraints",

@@ -121,6 +121,7 @@ Code = Literal[
     "load-differs",
     "load-too-large",
     "load-outside-cone",
+    "load-outside-plane",
     "same-information",
     "claims-experiments",
     "claims-rho0",

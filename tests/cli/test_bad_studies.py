@@ -178,6 +178,16 @@ CASES: dict[str, tuple[str, str, list[str], int]] = {
     "two loads": ("  count: 12", "  max_force_N: 5\n  count: 12", ["line 12", "either"], 2),
     "bound without direction": (
         "  force_N: [0, 0, -2500]", "  max_force_N: 2500", ["needs direction"], 2),
+    "zero normal of a plane": (
+        "  force_N: [0, 0, -2500]", "  max_force_N: 2500\n  direction: {plane: [0, 0, 0]}",
+        ["line 12", "normal", "zero"], 2),
+    "plane and cone": (
+        "  force_N: [0, 0, -2500]",
+        "  max_force_N: 2500\n  direction: {plane: [1, 0, 0], half_angle_deg: 30}",
+        ["line 12", "unknown key 'half_angle_deg'", "plane"], 2),
+    "plane misspelt": (
+        "  force_N: [0, 0, -2500]", "  max_force_N: 2500\n  direction: {plan: [1, 0, 0]}",
+        ["line 12", "unknown key 'plan'; did you mean 'plane'?"], 2),
     "zero cone axis": (
         "  force_N: [0, 0, -2500]",
         "  max_force_N: 2500\n  direction: {axis: [0, 0, 0], half_angle_deg: 30}",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from elastocal.elastic.allowed_loads import FixedVector, FreeDirection
+from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, InPlane, Load
 from elastocal.errors import InputError
 from tests.arms import central_difference
 
@@ -89,6 +89,69 @@ def test_a_fixed_force_has_nothing_to_choose() -> None:
     assert fixed.decode(np.zeros((0, 4))) == pytest.approx(np.tile([[0], [0], [-2500.0]], 4))
     off = fixed.margin(np.array([[0.0, 0.0, -2500.0], [3.0, 4.0, -2500.0]]))
     assert off == pytest.approx([0.0, -5.0])
+
+
+PLANE = InPlane(300.0, np.array([1.0, -2.0, 0.5]))
+
+
+def in_plane(count: int) -> np.ndarray:
+    rng = np.random.default_rng(5)
+    return rng.normal(size=(2, count)) * rng.uniform(0.3, 2.0, count)
+
+
+def test_a_force_in_a_plane_has_the_largest_size_and_no_part_across() -> None:
+    vectors = PLANE.decode(in_plane(10)).T
+    assert np.linalg.norm(vectors, axis=1) == pytest.approx(np.full(10, 300.0))
+    assert vectors @ [1.0, -2.0, 0.5] == pytest.approx(np.zeros(10), abs=1e-10)
+    assert PLANE.direction_room(vectors) == pytest.approx(np.zeros(10), abs=1e-14)
+    assert PLANE.margin(vectors) == pytest.approx(np.zeros(10), abs=1e-10)
+
+
+def test_gradient_of_a_force_in_a_plane() -> None:
+    x, cotangent = in_plane(10), np.random.default_rng(1).normal(size=(3, 10))
+    expected = central_difference(lambda y: (PLANE.decode(y.T) * cotangent).sum(axis=0), x.T)
+    assert pytest.approx(
+        expected, abs=GRADIENT * np.abs(expected).max()
+    ) == PLANE.pull(x, cotangent).T
+
+
+@pytest.mark.parametrize("load", [PLANE, CONE, FREE, FixedVector(np.ones(3))])
+def test_design_variables_of_vectors_lead_back_to_them(load: Load) -> None:
+    vectors = load.decode(load.sample(20, np.random.default_rng(6)))
+    assert load.design(vectors.T).shape == (20, load.variables)
+    assert load.decode(load.design(vectors.T).T) == pytest.approx(vectors, abs=1e-9)
+
+
+def test_samples_in_a_plane_go_round_uniformly() -> None:
+    """All directions alike: mean zero, second moments of half in the plane, none across."""
+    vectors = PLANE.decode(PLANE.sample(20000, np.random.default_rng(7))) / 300.0
+    assert np.abs(vectors.mean(axis=1)).max() < 5.0 / np.sqrt(2.0 * 20000)
+    normal = np.array([1.0, -2.0, 0.5]) / np.sqrt(5.25)
+    across = np.eye(3) - np.outer(normal, normal)
+    assert vectors @ vectors.T / 20000 == pytest.approx(across / 2.0, abs=0.02)
+
+
+def test_how_far_a_force_is_out_of_the_plane() -> None:
+    """By the angle, on either side; a zero vector has no direction."""
+    level = InPlane(2.0, np.array([0.0, 0.0, 7.0]))
+    tilted = np.array([[2.0, 0.0, 0.0], [0.0, 1.0, 1.0], [1.0, 0.0, -np.sqrt(3.0)], [0.0] * 3])
+    room = level.direction_room(tilted)
+    assert np.degrees(room) == pytest.approx([0.0, -45.0, -60.0, 180.0])
+    assert level.margin(tilted) == pytest.approx([0.0, 2.0 - np.sqrt(2.0), 0.0, 2.0])
+
+
+def test_how_far_a_force_is_out_of_the_cone() -> None:
+    x = directions(50)
+    assert CONE.direction_room(x.T) == pytest.approx(CONE.cone(x)[0], abs=1e-7)
+    assert (FREE.direction_room(x.T) == np.pi).all()
+    assert CONE.direction_room(np.zeros((1, 3))) == np.pi
+
+
+def test_a_plane_needs_a_normal_and_a_size() -> None:
+    with pytest.raises(InputError, match="normal of the plane of directions must not be zero"):
+        InPlane(1.0, np.zeros(3))
+    with pytest.raises(InputError, match="largest force or torque must be positive, found -1"):
+        InPlane(-1.0, np.ones(3))
 
 
 def test_slack_in_the_bound_on_a_free_force() -> None:

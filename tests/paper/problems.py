@@ -8,7 +8,7 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.constraints import Elevation, HalfSpace, MinRadius
-from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, Load
+from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, InPlane, Load
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import Regressor
@@ -72,8 +72,17 @@ def three_link_study(count: int) -> Study:
     )
 
 
+def restricted_three_link_study(count: int) -> Study:
+    """Section 5 as the paper restricts it: q1 held at 0 and the force in the yz plane."""
+    study = three_link_study(count)
+    limits = np.array(study.limits)
+    limits[:, 0] = 0.0
+    force = InPlane(1.0, np.array([1.0, 0.0, 0.0]))
+    return replace(study, limits=limits, experiments=replace(study.experiments, force=force))
+
+
 class PlanarForceSpace:
-    """Section 5 as the paper restricts it: q1 = 0 and F = (0, cos α, sin α), eq. (30).
+    """The same by hand: q1 = 0 and F = (0, cos α, sin α), eq. (30).
 
     A design space of its own, with design variables (q2, q3, α) [rad].
     """

@@ -6,17 +6,21 @@ for m = 1 is optimal with the force in the yz plane, and 3.1 % above the optimum
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
 from elastocal.design.continuous import ContinuousDesign, continuous_design
-from elastocal.design.exact import exact_design
+from elastocal.design.exact import Effort, exact_design
 from elastocal.design.refinement import Goal
+from elastocal.design.space import information
 from elastocal.planning.certificate import Bound, lower_bound
 from elastocal.planning.plan import plan
 from elastocal.study.criteria import mean_test_pose
+from elastocal.study.study import Study
 from tests.paper.page import numbers, shows, tables
-from tests.paper.problems import PlanarForceSpace, three_link_study
+from tests.paper.problems import PlanarForceSpace, restricted_three_link_study, three_link_study
 
 # ρ0² / σ², the best of hundreds of starts of an independent program, kept to six decimals.
 BEST = {1: 1.935138, 2: 0.797432, 3: 0.495890, 4: 0.383835, 6: 0.247945, 12: 0.123972}
@@ -62,6 +66,26 @@ def test_plans_with_a_free_force(m: int, free: Bound) -> None:
     assert found.assessment.rho0**2 == pytest.approx(expected, abs=1e-6)
     # Six decimals of the expected values leave 4e-6.
     assert found.certificate.efficiency == pytest.approx(CONTINUOUS / (m * expected), rel=1e-5)
+
+
+def test_a_study_restricted_as_in_the_paper_is_the_space_made_by_hand() -> None:
+    space, by_hand = restricted_three_link_study(1).space, PlanarForceSpace()
+    cases = space.load_cases(space.sample(50, np.random.default_rng(2)))
+    alpha = np.arctan2(cases.wrench[:, 2], cases.wrench[:, 1])
+    blocks = by_hand.evaluate(np.column_stack([cases.q[:, 1:], alpha])).blocks
+    np.testing.assert_allclose(space.information(cases), information(blocks), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("study", "expected"),
+    [(restricted_three_link_study, BEST[1]), (three_link_study, BEST_SINGLE_WITH_FREE_FORCE)],
+)
+def test_one_experiment_in_a_study_with_and_without_the_restriction(
+    study: Callable[[int], Study], expected: float
+) -> None:
+    goal = Goal(study(1).space, mean_test_pose(study(1)), np.zeros((3, 3)))
+    found = exact_design(goal, 1, 1, np.random.default_rng(0), effort=Effort(48, 6, 3, 1))
+    assert 1.0 / found.value == pytest.approx(expected, abs=1e-6)
 
 
 def test_support_of_the_continuous_design_is_a_folded_and_a_stretched_arm(

@@ -9,11 +9,12 @@ import pytest
 
 from elastocal.arrays import Array
 from elastocal.constraints import room_at
-from elastocal.elastic.allowed_loads import FreeDirection
+from elastocal.elastic.allowed_loads import FreeDirection, InPlane
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.planning.assessment import assess
 from elastocal.robot.posture import Posture
 from elastocal.study.study import Study
+from elastocal.wording import worded
 from tests.paper.problems import three_link_study
 
 DOWN = np.array([0.0, 0.0, -1.0])
@@ -29,6 +30,17 @@ def cone() -> Study:
     study = three_link_study(3)
     force = FreeDirection(2.0, DOWN, half_angle=np.radians(10.0))
     return replace(study, experiments=replace(study.experiments, force=force))
+
+
+def test_a_force_out_of_the_plane_is_a_violation() -> None:
+    study = three_link_study(3)
+    force = InPlane(2.0, np.array([0.0, 1.0, 0.0]))
+    study = replace(study, experiments=replace(study.experiments, force=force))
+    out = np.array([[2.0, 0.0, 0.0], [0.0, 0.1, -1.0]])
+    cases = at([[10.0, 60.0, 30.0]] * 2, DOWN)
+    wrench = np.hstack([out, np.zeros((2, 3))])
+    (doubt,) = assess(study, LoadCases(cases.q, wrench), np.ones(2)).violations
+    assert worded(doubt) == "load case 2 has a force out of the plane by 5.711°"
 
 
 def tilted(degrees: float) -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from elastocal.constraints import HalfSpace
-from elastocal.elastic.allowed_loads import FreeDirection
+from elastocal.elastic.allowed_loads import FreeDirection, InPlane
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InfeasibleError
 from elastocal.measuring.instrument import Isotropic
@@ -44,6 +44,39 @@ def test_gradient_of_rows_and_margins_together() -> None:
     assert at.pull(blocks, margins) == pytest.approx(
         expected, abs=GRADIENT * (1.0 + np.abs(expected).max())
     )
+
+
+def space_with_planes() -> LoadCaseSpace:
+    """KR-270 with a force in one plane and a moment in another: two variables each."""
+    study = kr270(A0, force=InPlane(2500.0, np.array([0.3, 1.0, -0.2])))
+    moment = InPlane(400.0, np.array([0.0, 0.0, 1.0]))
+    return replace(study, experiments=replace(study.experiments, moment=moment)).space
+
+
+def test_gradient_of_rows_with_loads_in_planes() -> None:
+    space, rng = space_with_planes(), np.random.default_rng(0)
+    x = space.sample(5, rng)
+    x[:, 6:] *= rng.uniform(0.5, 1.5, (5, 4))
+    at = space.evaluate(x)
+    assert at.margins.shape == (5, 3)  # nothing to keep: all directions there are allowed
+    blocks = rng.normal(size=at.blocks.shape) / np.abs(at.blocks).max()
+    expected = central_difference(lambda y: (space.evaluate(y).blocks * blocks).sum((1, 2)), x)
+    assert at.pull(blocks, np.zeros_like(at.margins)) == pytest.approx(
+        expected, abs=GRADIENT * (1.0 + np.abs(expected).max())
+    )
+
+
+def test_load_cases_with_loads_in_planes_and_design_points_are_the_same_thing() -> None:
+    space = space_with_planes()
+    assert space.lower.shape == (10,)
+    x = space.sample(20, np.random.default_rng(3))
+    x[:, 6:8] *= 1.3
+    x[:, 8:] *= 0.7
+    cases = space.load_cases(x)
+    assert space.points(cases) == pytest.approx(space.canonical(x), abs=1e-12)
+    assert np.linalg.norm(cases.wrench[:, :3], axis=1) == pytest.approx(np.full(20, 2500.0))
+    assert cases.wrench[:, :3] @ [0.3, 1.0, -0.2] == pytest.approx(np.zeros(20), abs=1e-9)
+    assert cases.wrench[:, 5] == pytest.approx(np.zeros(20), abs=1e-10)
 
 
 @pytest.mark.parametrize("count", [0, 1, 7, 2048, 2050])

@@ -1,8 +1,8 @@
-"""Which wrenches the experiments may use: fixed, or of bounded size in a free direction.
+"""Which wrenches the experiments may use: fixed, or of bounded size in a planned direction.
 
 The information of a load case is a convex quadratic of its wrench, so the best force has the
-largest allowed size: a free force is a direction, and its design variables are three numbers
-that are normalised (paper eq. 22, where "<" must read "<=").
+largest allowed size: a planned force is a direction, and its design variables are as many numbers
+as the directions have room for, normalised (paper eq. 22, where "<" must read "<=").
 """
 
 from __future__ import annotations
@@ -51,6 +51,14 @@ class FixedVector:
         """(N,) room of their directions [rad]: they have none of their own, so all."""
         return np.full(len(vectors), np.pi)
 
+    def design(self, vectors: Array) -> Array:
+        """(N, 0): there is nothing to choose."""
+        return np.zeros((len(vectors), 0))
+
+    def sample(self, count: int, rng: np.random.Generator) -> Array:
+        """(0, count): there is nothing to choose."""
+        return np.zeros((0, count))
+
 
 @dataclass(frozen=True)
 class FreeDirection:
@@ -67,12 +75,8 @@ class FreeDirection:
     half_angle: float = np.pi
 
     def __post_init__(self) -> None:
-        axis = np.array(self.axis, dtype=float)
-        if not (np.isfinite(self.largest) and self.largest > 0.0):
-            raise InputError(f"the largest force or torque must be positive, found {self.largest}")
-        if not np.linalg.norm(axis) > 0.0:
-            raise InputError("the axis of the cone of directions must not be zero")
-        freeze(self, axis=axis / np.linalg.norm(axis))
+        _refuse_size(self.largest)
+        freeze(self, axis=_unit(self.axis, "the axis of the cone of directions"))
 
     @property
     def variables(self) -> int:
@@ -95,10 +99,7 @@ class FreeDirection:
 
     def pull(self, x: Array, cotangent: Array) -> Array:
         """(3, N) gradient in the design variables of a gradient in the vectors."""
-        norm = np.linalg.norm(x, axis=0)
-        unit = x / norm
-        along = np.einsum("cn,cn->n", unit, cotangent)
-        return self.largest * (cotangent - unit * along) / norm
+        return self.largest * _pull_unit(x, cotangent)
 
     def cone(self, x: Array) -> tuple[Array, Array]:
         """Margin (N,) to the cone [rad] and its gradient (3, N) in the design variables."""
@@ -108,6 +109,10 @@ class FreeDirection:
         steepness = 1.0 / np.sqrt(np.maximum(1.0 - cosine**2, 1e-6))
         gradient = (self.axis[:, None] - unit * cosine) * steepness / norm
         return self.half_angle - np.arccos(cosine), gradient
+
+    def design(self, vectors: Array) -> Array:
+        """(N, 3) design variables of norm 1 of (N, 3) vectors."""
+        return _units(vectors)
 
     def sample(self, count: int, rng: np.random.Generator) -> Array:
         """(3, count) directions, uniform in the cone."""
@@ -137,4 +142,92 @@ class FreeDirection:
         return np.asarray(np.where(vectors.any(axis=1), room, np.pi))
 
 
-Load = FixedVector | FreeDirection
+@dataclass(frozen=True)
+class InPlane:
+    """Norm at most `largest`, direction anywhere in the plane across `normal`.
+
+    Attributes:
+        largest: Largest norm [N or N·m].
+        normal: (3,) normal of the plane in the base frame.
+
+    Source: paper eq. (30), where the plane holds the arm.
+    """
+
+    largest: float
+    normal: Array
+
+    def __post_init__(self) -> None:
+        _refuse_size(self.largest)
+        freeze(self, normal=_unit(self.normal, "the normal of the plane of directions"))
+
+    @property
+    def variables(self) -> int:
+        """Number of design variables."""
+        return 2
+
+    @property
+    def size(self) -> float:
+        """Largest norm [N or N·m]."""
+        return self.largest
+
+    @property
+    def basis(self) -> Array:
+        """(3, 2) two unit vectors across each other that span the plane."""
+        return frame_about(self.normal)[:, :2]
+
+    def decode(self, x: Array) -> Array:
+        """(3, N) vectors of the largest norm along the design variables (2, N)."""
+        return self.largest * (self.basis @ x) / np.linalg.norm(x, axis=0)
+
+    def pull(self, x: Array, cotangent: Array) -> Array:
+        """(2, N) gradient in the design variables of a gradient in the vectors."""
+        return self.largest * _pull_unit(x, self.basis.T @ cotangent)
+
+    def design(self, vectors: Array) -> Array:
+        """(N, 2) design variables of norm 1 of (N, 3) vectors, seen along the normal."""
+        return _units(vectors @ self.basis)
+
+    def sample(self, count: int, rng: np.random.Generator) -> Array:
+        """(2, count) design variables, directions uniform in the plane."""
+        turn = rng.uniform(0.0, 2.0 * np.pi, count)
+        return np.stack([np.cos(turn), np.sin(turn)])
+
+    def margin(self, vectors: Array) -> Array:
+        """(N,) slack of (N, 3) vectors in the bound on the norm [N or N·m]."""
+        return self.largest - np.linalg.norm(vectors, axis=1)
+
+    def direction_room(self, vectors: Array) -> Array:
+        """(N,) minus the angles between (N, 3) vectors and the plane [rad]; π for zero vectors."""
+        off = np.abs(vectors @ self.normal)
+        angle = np.arctan2(off, np.linalg.norm(vectors @ self.basis, axis=1))
+        return np.asarray(np.where(vectors.any(axis=1), -angle, np.pi))
+
+
+Load = FixedVector | FreeDirection | InPlane
+
+
+def _refuse_size(largest: float) -> None:
+    if not (np.isfinite(largest) and largest > 0.0):
+        raise InputError(f"the largest force or torque must be positive, found {largest}")
+
+
+def _unit(vector: Array, what: str) -> Array:
+    """(3,) a vector of norm 1; refused if it has no direction."""
+    vector = np.array(vector, dtype=float)
+    if not np.linalg.norm(vector) > 0.0:
+        raise InputError(f"{what} must not be zero")
+    return np.asarray(vector / np.linalg.norm(vector))
+
+
+def _units(vectors: Array) -> Array:
+    """(N, k) vectors of norm 1; some direction where there is none."""
+    norm = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.where(norm > 0.0, vectors / np.where(norm > 0.0, norm, 1.0), 0.5)
+
+
+def _pull_unit(x: Array, cotangent: Array) -> Array:
+    """(k, N) gradient in vectors (k, N) of a gradient in the same vectors of norm 1."""
+    norm = np.linalg.norm(x, axis=0)
+    unit = x / norm
+    along = np.einsum("cn,cn->n", unit, cotangent)
+    return np.asarray((cotangent - unit * along) / norm)

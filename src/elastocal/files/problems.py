@@ -87,15 +87,17 @@ def _real_path(value: Any, location: tuple[str | int, ...], missing: bool) -> Pa
 
 def _suggestion(value: Any, path: Path_, model: type[Section]) -> str:
     """What the unknown key at the end of `path` was probably meant to be."""
-    key = str(path[-1])
+    key, likely = str(path[-1]), [model]
     for part in path[:-1]:
         value = value[part]
         field = model.model_fields.get(str(part))
         # Of several forms of a section, the one of which most keys are there, but not this one.
         forms = list(_parts(field.annotation)) if field else []
         forms = [form for form in forms if key not in form.model_fields] or forms
-        model = max(forms, key=lambda m: len(m.model_fields.keys() & _keys(value)), default=model)
-    allowed = list(model.model_fields)
+        shared = [len(form.model_fields.keys() & _keys(value)) for form in forms]
+        likely = [f for f, n in zip(forms, shared, strict=True) if n == max(shared)] or [model]
+        model = likely[0]
+    allowed = list(dict.fromkeys(name for form in likely for name in form.model_fields))
     stem = re.sub(_UNIT, "", key)
     with_unit = [name for name in allowed if re.sub(_UNIT, "", name) == stem]
     if with_unit and with_unit[0] != key:

@@ -12,9 +12,9 @@ import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
 from elastocal.constraints import HeldJoint, room_at
-from elastocal.elastic.allowed_loads import FixedVector, Load
+from elastocal.elastic.allowed_loads import FixedVector, InPlane, Load
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.errors import Doubt
+from elastocal.errors import Code, Doubt
 from elastocal.matrices import rank_of, scaled_inverse
 from elastocal.robot.posture import Posture
 from elastocal.study.criteria import RHO0, losses
@@ -170,5 +170,6 @@ def _load_violations(unit: str, load: Load, vectors: Array) -> list[Doubt]:
     outside = load.direction_room(vectors)
     for i in np.flatnonzero(outside < -TOLERANCE).tolist():
         numbers = {"load_case": i + 1, "by": -float(outside[i])}
-        found.append(Doubt("load-outside-cone", numbers=numbers, unit=unit))
+        code: Code = "load-outside-plane" if isinstance(load, InPlane) else "load-outside-cone"
+        found.append(Doubt(code, numbers=numbers, unit=unit))
     return found

@@ -84,23 +84,17 @@ class LoadCaseSpace:
 
     def points(self, cases: LoadCases) -> Array:
         """(N, d) design points of load cases whose free loads have the largest norm."""
-        parts = [cases.q]
-        for load, vectors in (
-            (self.force, cases.wrench[:, :3]),
-            (self.moment, cases.wrench[:, 3:]),
-        ):
-            if load.variables:
-                norm = np.linalg.norm(vectors, axis=1, keepdims=True)
-                parts.append(np.where(norm > 0.0, vectors / np.where(norm > 0.0, norm, 1.0), 0.5))
-        return np.hstack(parts)
+        force, moment = cases.wrench[:, :3], cases.wrench[:, 3:]
+        return np.hstack([cases.q, self.force.design(force), self.moment.design(moment)])
 
     def canonical(self, x: Array) -> Array:
         """The same design points with direction variables of norm 1."""
-        x, n = x.copy(), len(self.arm.robot.joints)
-        for start in range(n, n + self._free, 3):
-            x[:, start : start + 3] /= np.linalg.norm(
-                x[:, start : start + 3], axis=1, keepdims=True
-            )
+        x, start = x.copy(), len(self.arm.robot.joints)
+        for load in (self.force, self.moment):
+            end = start + load.variables
+            if load.variables:
+                x[:, start:end] /= np.linalg.norm(x[:, start:end], axis=1, keepdims=True)
+            start = end
         return x
 
     def sample(self, count: int, rng: np.random.Generator) -> Array:
@@ -147,9 +141,9 @@ class LoadCaseSpace:
         start = len(self.arm.robot.joints)
         x[:, :start] = rng.uniform(self.limits[0], self.limits[1], (count, start))
         for load in (self.force, self.moment):
-            if isinstance(load, FreeDirection):
-                x[:, start : start + 3] = load.sample(count, rng).T
-                start += 3
+            end = start + load.variables
+            x[:, start:end] = load.sample(count, rng).T
+            start = end
         return x
 
     def _raise_infeasible(self, x: Array) -> None:

@@ -43,8 +43,9 @@ def whole(table: Table) -> None:
 
 
 def numbers(vector: Array) -> str:
-    """Numbers of a vector, five digits each."""
-    return " ".join(f"{value + 0.0:.5g}" for value in vector)
+    """Numbers of a vector, five digits each; what is rounding beside the largest is 0."""
+    rounding = 1e-9 * np.abs(vector).max(initial=0.0)
+    return " ".join(f"{value if abs(value) > rounding else 0.0:.5g}" for value in vector)
 
 
 def micrometres(value: float, si: str = "m") -> str:

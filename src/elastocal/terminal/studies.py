@@ -9,7 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from elastocal.arrays import Array
-from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, Load
+from elastocal.elastic.allowed_loads import FixedVector, InPlane, Load
 from elastocal.measuring.instrument import Instrument, tracker_of
 from elastocal.planning.study_check import Checkup
 from elastocal.study.known import Known
@@ -142,7 +142,9 @@ def _show_known_poses(study: Study, found: Checkup) -> None:
 def _load(load: Load, unit: str) -> str:
     if isinstance(load, FixedVector):
         return f"fixed [{numbers(load.value)}] {unit}" if load.size else "none"
-    assert isinstance(load, FreeDirection)
+    if isinstance(load, InPlane):
+        normal = " ".join(f"{v:g}" for v in load.normal)
+        return f"up to {load.largest:g} {unit} in the plane across [{normal}]"
     where = (
         f"within {np.degrees(load.half_angle):g}° of [{' '.join(f'{v:g}' for v in load.axis)}]"
         if load.is_cone

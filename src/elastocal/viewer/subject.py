@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, freeze, unset
-from elastocal.elastic.allowed_loads import FixedVector, Load
+from elastocal.elastic.allowed_loads import FixedVector, InPlane, Load
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.planning.sensitivity import Sensitivity
@@ -138,8 +138,13 @@ def _typical_load(study: Study) -> Array:
 
 
 def _middle(load: Load) -> Array:
-    """(3,) a fixed load itself; the axis of its cone for a free one, straight down without."""
+    """(3,) a fixed load itself; the axis of its cone for a free one, straight down without.
+
+    In a plane the direction that is nearest to straight down.
+    """
     if isinstance(load, FixedVector):
         return load.value
+    if isinstance(load, InPlane):
+        return load.decode(load.design(np.array([[0.0, 0.0, -1.0]])).T)[:, 0]
     axis = load.axis if load.is_cone else np.array([0.0, 0.0, -1.0])
     return np.asarray(load.largest * axis)

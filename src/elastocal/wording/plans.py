@@ -78,6 +78,10 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         f"{_at(doubt)} has a {_kind(doubt)} outside the cone by "
         f"{described(doubt.numbers['by'], 'rad')}"
     ),
+    "load-outside-plane": lambda doubt: (
+        f"{_at(doubt)} has a {_kind(doubt)} out of the plane by "
+        f"{described(doubt.numbers['by'], 'rad')}"
+    ),
     "same-information": lambda doubt: (
         f"load cases {listed(doubt.about)} tell the same: any one of them, measured "
         f"{doubt.numbers['repeats']}×, is worth as much"

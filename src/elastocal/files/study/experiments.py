@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
+from pydantic import Discriminator, Tag
 
-from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, Load
+from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, InPlane, Load
 from elastocal.errors import InputError
 from elastocal.files.study.tools import find_tool
 from elastocal.files.values import (
@@ -31,7 +32,24 @@ class ConeFile(Section):
     half_angle_deg: PositiveDegrees
 
 
-Direction = Literal["free"] | ConeFile
+class PlaneFile(Section):
+    """Directions in a plane."""
+
+    plane: Vector
+
+
+def _form(value: Any) -> str:
+    if not isinstance(value, dict):
+        return "anywhere"
+    return "in a plane" if "plane" in value else "in a cone"
+
+
+Direction = Annotated[
+    Annotated[Literal["free"], Tag("anywhere")]
+    | Annotated[ConeFile, Tag("in a cone")]
+    | Annotated[PlaneFile, Tag("in a plane")],
+    Discriminator(_form),
+]
 
 
 class ExperimentsFile(Section):
@@ -88,11 +106,14 @@ def _load(
         return None
     if direction is None:
         raise LocatedError(
-            (bound_key,), f"{bound_key} needs {direction_key}: 'free', or axis and half_angle_deg"
+            (bound_key,),
+            f"{bound_key} needs {direction_key}: 'free', axis and half_angle_deg, or plane",
         )
     if isinstance(direction, str):
         return FreeDirection(bound, np.array([0.0, 0.0, -1.0]))
     with at(direction_key):
+        if isinstance(direction, PlaneFile):
+            return InPlane(bound, np.array(direction.plane))
         if not np.radians(0.1) <= direction.half_angle_deg <= np.radians(180.0):
             raise InputError(
                 f"half_angle_deg must be from 0.1 to 180, found {deg(direction.half_angle_deg)}; "
