@@ -106,7 +106,24 @@ def exact_design(
         if breeder.goal is known:
             break
     last.value = goal.values(last.x, last.counts)
-    return _tidy(last.best(1))
+    return _tidy(_by_what_decides(goal, last.best(1)))
+
+
+def _by_what_decides(goal: Goal, plan: Plans) -> Plans:
+    """A plan refined by those alone, of very many members, that decide at it.
+
+    The search has taken up others on its way, and what is smooth mixes them in.
+    """
+    whole = goal.smooth
+    narrow, wider = whole, whole.near(goal.totals(plan.x, plan.counts)[0])
+    while wider is not narrow:
+        narrow = wider
+        finer = refine(narrow, plan, stages=((300, 1),), tolerance=1e-13)
+        both = plan.join(finer)
+        both.value = goal.values(both.x, both.counts)
+        plan = both.best(1)
+        wider = narrow.near(goal.totals(finer.x, finer.counts)[0])
+    return plan
 
 
 def _island(
