@@ -1,6 +1,8 @@
 """Makes path.csv: 200 points of a milling path on a curved part, round the study's test pose.
 
 python examples/kr270/make_path.py > examples/kr270/path.csv
+
+Another number of points as an argument: … make_path.py 100000 > many.csv
 """
 
 from __future__ import annotations
@@ -24,7 +26,8 @@ def main() -> None:
     rotation, tcp = pose[:3, :3], pose[:3] @ [*robot.tools["milling"].tcp, 1.0]
 
     # A lying eight, 240 mm by 120 mm, on a part that bulges by 25 mm.
-    t = np.linspace(0.0, 2.0 * np.pi, COUNT)
+    count = int(sys.argv[1]) if len(sys.argv) > 1 else COUNT
+    t = np.linspace(0.0, 2.0 * np.pi, count)
     x, y = 0.12 * np.sin(t), 0.06 * np.sin(2.0 * t)
     z = -0.025 * ((x / 0.12) ** 2 + (y / 0.06) ** 2)
     points = tcp + np.stack([x, y, z], axis=1)
@@ -40,7 +43,7 @@ def main() -> None:
     pose_columns = ["x [mm]", "y [mm]", "z [mm]", "A [deg]", "B [deg]", "C [deg]"]
     writer.writerow(["point", *pose_columns, "Fx [N]", "Fy [N]", "Fz [N]"])
     angles = np.degrees(zyx_angles(turned))
-    for i in range(COUNT):
+    for i in range(count):
         place = [f"{v:.4f}" for v in 1e3 * points[i]]
         leaning = [f"{v:.5f}" for v in angles[i]]
         writer.writerow([i + 1, *place, *leaning, *(f"{v:.2f}" for v in force[i])])
