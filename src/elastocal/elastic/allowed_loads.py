@@ -99,7 +99,7 @@ class FreeDirection:
 
     def pull(self, x: Array, cotangent: Array) -> Array:
         """(3, N) gradient in the design variables of a gradient in the vectors."""
-        return self.largest * _pull_unit(x, cotangent)
+        return _pull_size(x, cotangent, self.largest)
 
     def cone(self, x: Array) -> tuple[Array, Array]:
         """Margin (N,) to the cone [rad] and its gradient (3, N) in the design variables."""
@@ -181,7 +181,7 @@ class InPlane:
 
     def pull(self, x: Array, cotangent: Array) -> Array:
         """(2, N) gradient in the design variables of a gradient in the vectors."""
-        return self.largest * _pull_unit(x, self.basis.T @ cotangent)
+        return _pull_size(x, self.basis.T @ cotangent, self.largest)
 
     def design(self, vectors: Array) -> Array:
         """(N, 2) design variables of norm 1 of (N, 3) vectors, seen along the normal."""
@@ -225,9 +225,9 @@ def _units(vectors: Array) -> Array:
     return np.where(norm > 0.0, vectors / np.where(norm > 0.0, norm, 1.0), 0.5)
 
 
-def _pull_unit(x: Array, cotangent: Array) -> Array:
-    """(k, N) gradient in vectors (k, N) of a gradient in the same vectors of norm 1."""
+def _pull_size(x: Array, cotangent: Array, size: float) -> Array:
+    """(k, N) gradient in vectors (k, N) of a gradient in the same vectors brought to one size."""
     norm = np.linalg.norm(x, axis=0)
     unit = x / norm
     along = np.einsum("cn,cn->n", unit, cotangent)
-    return np.asarray((cotangent - unit * along) / norm)
+    return np.asarray(size * (cotangent - unit * along) / norm)
