@@ -192,7 +192,7 @@ def test_metres_under_a_key_in_millimetres_are_remarked(
     study = folder / "study.yaml"
     study.write_text(CELL.replace(old, new), encoding="utf-8")
     study = read_study(study)
-    aside = ("no-task", "taken-as-rigid")
+    aside = ("no-task", "taken-as-rigid", "rigid-at-test-pose")
     doubts = [found for found in checkup(study).doubts if found.code not in aside]
     assert doubts == [doubt]
 
