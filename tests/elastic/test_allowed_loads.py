@@ -110,9 +110,9 @@ def test_a_force_in_a_plane_has_the_largest_size_and_no_part_across() -> None:
 def test_gradient_of_a_force_in_a_plane() -> None:
     x, cotangent = in_plane(10), np.random.default_rng(1).normal(size=(3, 10))
     expected = central_difference(lambda y: (PLANE.decode(y.T) * cotangent).sum(axis=0), x.T)
-    assert pytest.approx(
-        expected, abs=GRADIENT * np.abs(expected).max()
-    ) == PLANE.pull(x, cotangent).T
+    assert (
+        pytest.approx(expected, abs=GRADIENT * np.abs(expected).max()) == PLANE.pull(x, cotangent).T
+    )
 
 
 @pytest.mark.parametrize("load", [PLANE, CONE, FREE, FixedVector(np.ones(3))])

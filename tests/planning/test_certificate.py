@@ -45,6 +45,22 @@ def test_a_singular_optimum_gets_a_floor() -> None:
     assert shares == sorted(shares)
 
 
+def test_a_singular_optimum_of_very_many_poses_gets_a_floor() -> None:
+    """Forty poses that ask for J2 alone, each a little less: the first decides, and all are one."""
+    study = judged_by(three_link_study(5), 1)
+    (pose,) = study.test_poses
+    many = tuple(
+        replace(pose, name=str(i), regressor=pose.regressor * (1.0 - 0.01 * i)) for i in range(40)
+    )
+    worst = replace(study, test_poses=many, criterion="worst")
+    rng = np.random.default_rng
+    found, alone = lower_bound(worst, rng(0)), lower_bound(study, rng(0))
+    assert found.floored
+    assert found.loss(5) == pytest.approx(alone.loss(5), rel=5e-3)
+    least = replace(study, test_poses=many[-1:])
+    assert lower_bound(least, rng(0)).loss(5) < 0.7 * found.loss(5)  # the control
+
+
 @pytest.mark.parametrize("known", [0.0, 20.0])
 def test_a_bound_by_hand(known: float) -> None:
     """A force of 1 across the stretched arm moves its tip by 2.35² times J1, with σ of 1.
