@@ -119,7 +119,8 @@ def _labels(figure: DrawnCase, colour: str, role: str, group: int) -> list[Trace
     at = ends[0] if ends else skeleton.load_point
     if role == "test":
         words = f"{_short(figure.label, 18)} · {figure.load}\u00a0\u00a0"
-        return [_text(skeleton.load_point[None], [words], ink, role, group, 13, "middle left")]
+        side = "bottom center" if len(figure.trace) else "middle left"  # a path may start at a pose
+        return [_text(skeleton.load_point[None], [words], ink, role, group, 13, side)]
     words = f"No. {figure.label}" + (f" · {figure.load}" if figure.load else "")
     return [
         _text(at[None], [figure.label], ink, "crowd", group, 15, "middle right"),
