@@ -146,3 +146,48 @@ def test_a_joint_that_nothing_moves_is_shown_the_way_out(tmp_path: Path) -> None
     assert result.exit_code == 4
     assert "J1: no allowed experiment deflects a marker through this joint" in result.output
     assert "by a second campaign, see 'Joint 1 by a second campaign'" in flat(result.output)
+
+
+def test_a_file_of_the_command_line_has_no_line_in_the_study(folder: Path) -> None:
+    result = run("plan", folder / "two.yaml", "--known", folder / "nothing.json")
+    assert result.exit_code == 2
+    assert flat(result.output) == f"error: {folder / 'nothing.json'}: no such file"
+
+
+@pytest.mark.parametrize("option", ["--prior", "--known"])
+def test_readings_are_not_counted_twice(folder: Path, tmp_path: Path, option: str) -> None:
+    """A model that was fitted to the same readings is nothing that was known before."""
+    arguments = (folder / "two.yaml", folder / "two_m.csv", "-o", tmp_path / "m.json")
+    result = run("identify", *arguments, option, folder / "model.json")
+    assert result.exit_code == 2
+    said = flat(result.output)
+    assert "model.json: was fitted to" in said
+    assert "two_m.csv, so its readings would count twice" in said
+    assert not (tmp_path / "m.json").exists()
+    study = tmp_path / "two.yaml"
+    study.write_text(SECOND + "known: model.json\n", encoding="utf-8")
+    (tmp_path / "model.json").write_bytes((folder / "model.json").read_bytes())
+    result = run("identify", study, folder / "two_m.csv", "-o", tmp_path / "m.json")
+    assert result.exit_code == 2
+    assert "would count twice" in flat(result.output)
+
+
+@pytest.mark.parametrize("section", [[], "x", None, {"measurements": [], "models": 3}])
+def test_sections_that_are_not_read_may_be_anything(
+    folder: Path, tmp_path: Path, section: object
+) -> None:
+    model = json.loads((folder / "first.json").read_text("utf-8"))
+    model |= {"provenance": section, "identification": section, "diagnostics": section}
+    (tmp_path / "first.json").write_text(json.dumps(model), encoding="utf-8")
+    done("validate", folder / "one.yaml", tmp_path / "first.json", folder / "one_m.csv")
+
+
+def test_a_plan_that_took_the_others_as_rigid_is_said_beside_one_that_did_not(
+    folder: Path, tmp_path: Path
+) -> None:
+    done("plan", folder / "two.yaml", "-o", tmp_path / "rigid.json")
+    both = (folder / "two.json", tmp_path / "rigid.json")
+    result = run("evaluate", folder / "two.yaml", *both, "--random", "0")
+    said = flat(result.output)
+    assert "rigid.json was made as if J2, J3 did not bend; it is judged by what first.json" in said
+    assert said.count("was made as if") == 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -147,6 +148,12 @@ def test_the_command_plans_judges_and_reports_the_rest(
     shown = run(app, ["report", str(out), "--quick", "-o", str(page)])
     assert shown.exit_code == 0, shown.output
     text = out.read_text("utf-8")
+    more = ["plan", str(path), "--after", str(data), "-o", str(out)]
+    few = run(app, [*more, "--count", "5"])
+    assert few.exit_code == 2
+    assert "all 5 of the study; ask for more with --count" in " ".join(few.output.split())
+    two = run(app, [*more, "--count", "7", "--json"])
+    assert json.loads(two.stdout)["experiments"] == 2
     out.write_text(text.replace('"information_N2m2": [', '"information_N2m2": [[1],'), "utf-8")
     spoilt = run(app, ["evaluate", str(path), str(out)])
     assert spoilt.exit_code == 2

@@ -13,7 +13,7 @@ from elastocal.errors import InputError
 from elastocal.study.criteria import CRITERIA
 from elastocal.study.known import Known
 from elastocal.study.left_rigid import left_rigid
-from elastocal.study.study import TestPose
+from elastocal.study.study import CarriedOut, TestPose
 from elastocal.study.test_path import test_path
 from elastocal.study.two_steps import with_known
 from tests.kr270 import FOLDER, kr270_study, kr270_truth, published_cases
@@ -216,3 +216,22 @@ def test_both_steps_leave_the_error_that_is_promised() -> None:
     # Control: the second step by itself promises a third of that, or less.
     blind = ec.assess(second(), SIDE, TWICE).rho0
     assert np.sqrt(np.mean(left**2)) > 2.0 * blind
+
+
+def test_a_plan_carried_out_before_bent_the_known_springs_too() -> None:
+    """Twice two experiments: the same worth whether the first two are prior or planned."""
+    known, study = first(), second()
+    carried_out = CarriedOut(SIDE, np.array([1, 1]), sha256="b")
+    prior = carried_out.information(study.space)
+    told = with_known(replace(study, prior=prior, carried_out=carried_out), known)
+    worth = ec.assess(told, SIDE, np.array([1, 1]))
+    np.testing.assert_allclose(1e12 * worth.covariance, by_hand(known), rtol=1e-6)
+    # Counted on the wanted spring alone, the errors of the others would be left out.
+    blind = with_known(replace(study, prior=prior), known)
+    assert ec.assess(blind, SIDE, np.array([1, 1])).standard_error[0] < 0.98 * worth.standard_error
+    # What was known is replaced; what was carried out stays.
+    again = with_known(with_known(told, None), known)
+    np.testing.assert_allclose(again.prior, told.prior, rtol=1e-12)
+    one = replace(study, carried_out=replace(carried_out, sha256="a"))
+    with pytest.raises(InputError, match=r"p\.json: is the plan of the prior, too"):
+        with_known(one, replace(known, source="p.json", sha256="a"))

@@ -50,6 +50,7 @@ def export_command(
     from elastocal.cli.inputs import note_origin, study_of_plan
     from elastocal.cli.programs import write_program
     from elastocal.files.plans.proposal_file import read_proposal
+    from elastocal.files.texts import file_hash
     from elastocal.programs.approach import Approach
     from elastocal.programs.campaign_program import campaign_program
     from elastocal.programs.writers import Settings
@@ -66,7 +67,7 @@ def export_command(
         home=_home(study, home),
         approach=Approach(float(np.radians(prebias_deg)), prebias_mm / 1e3, settle_s),
         speed=speed_percent / 100.0,
-        digest=_digest(plan_file),
+        digest=file_hash(plan_file),
         via=proposal.via,
     )
     settings = Settings(
@@ -105,10 +106,3 @@ def _place(out: Path, to: str) -> tuple[Path, str]:
         missing = " (there is no such folder)" if not out.suffix and not out.exists() else ""
         raise InputError(f"{out}: expected a folder{missing}, or a name that ends in {ENDINGS[to]}")
     return out.parent, out.stem
-
-
-def _digest(path: Path) -> str:
-    """SHA-256 of a file."""
-    import hashlib
-
-    return hashlib.sha256(path.read_bytes()).hexdigest()

@@ -46,7 +46,7 @@ def identify_command(
     as_json: Json = False,
 ) -> None:
     """Identify the compliances from measurements; write model.json."""
-    from elastocal.cli.inputs import known_in, known_model, model_at, readings
+    from elastocal.cli.inputs import known_in, known_model, model_at, readings, refuse_twice
     from elastocal.files.models.identification_file import write_identification
     from elastocal.files.study.study_file import read_study
     from elastocal.identification.fit import Fit
@@ -56,8 +56,11 @@ def identify_command(
     writable(out, study_file, *measurements, *models, suffix=".json")
     study = read_study(study_file, known_in(known))
     if study.known is not None and known is None:
-        writable(out, study_file.parent / study.known.source)
+        known = study_file.parent / study.known.source
+        writable(out, known)
+    known_compliances = known_model(None, study)
     data = readings(study, measurements, mapping)
+    refuse_twice(data, prior, known)
     if not as_json:  # before the fit: what looks odd explains why a fit fails
         from elastocal.terminal.measurements import show_remarks
 
@@ -67,7 +70,7 @@ def identify_command(
         data,
         Fit(model, sigma, loss, nonnegative, confidence),
         prior=model_at(prior, study.robot),
-        known=known_model(None, study),
+        known=known_compliances,
     )
     document = write_identification(study, identification, out, prior)
     if as_json:

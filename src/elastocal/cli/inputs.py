@@ -17,6 +17,7 @@ from elastocal.elastic.compliance_model import ComplianceModel, merged_models
 from elastocal.errors import InputError
 from elastocal.files.measurements.measurement_file import read_measurements
 from elastocal.files.models.model_file import model_sections, read_model
+from elastocal.files.models.provenance_section import made_from
 from elastocal.files.paths.path_file import read_path
 from elastocal.files.plans.plan_file import study_hash
 from elastocal.files.plans.proposal_file import Proposal, read_proposal
@@ -111,8 +112,15 @@ def only_proposal(paths: list[Path], study: Study) -> Proposal:
     return read_proposal(paths[0], study)
 
 
-def note_origin(name: str, proposal: Proposal, study: Study) -> None:
-    """Say on standard error if a plan was made from something else."""
+def note_origin(name: str, proposal: Proposal, study: Study, known: Known | None = None) -> None:
+    """Say on standard error if a plan was made from something else.
+
+    Args:
+        name: What the plan is called.
+        proposal: The plan.
+        study: The study as it is written.
+        known: What is known of further springs where the plan is judged.
+    """
     if proposal.study_hash and proposal.study_hash != study_hash(study):
         print(f"note: {name} was made from another version of the study", file=sys.stderr)
     if proposal.robot_hash and proposal.robot_hash != study.robot.sha256:
@@ -128,6 +136,12 @@ def note_origin(name: str, proposal: Proposal, study: Study) -> None:
         )
     if proposal.known is not None:
         _note_known(name, proposal.known, study)
+    elif known is not None and proposal.claims.get("rho0") is not None:
+        print(
+            f"note: {name} was made as if {', '.join(known.model.names)} did not bend; it is "
+            f"judged by what {known.source} knows of them",
+            file=sys.stderr,
+        )
 
 
 def _note_known(name: str, known: Known, study: Study) -> None:
@@ -176,6 +190,16 @@ def known_model(path: Path | None, study: Study) -> ComplianceModel | None:
     return study.known.model
 
 
+def refuse_twice(data: Measurements, *models: Path | None) -> None:
+    """Refuse models of before that were fitted to these readings: they would count twice."""
+    for path in models:
+        if path is not None and made_from(path, data):
+            raise InputError(
+                f"{path}: was fitted to {data.source}, so its readings would count twice; name a "
+                "model from before them"
+            )
+
+
 def models_at(paths: list[Path], robot: Robot) -> ComplianceModel:
     """Models of different joints as one."""
     return merged_models([read_model(path, robot) for path in paths])
@@ -183,7 +207,7 @@ def models_at(paths: list[Path], robot: Robot) -> ComplianceModel:
 
 def fit_of(model: Path | None, confidence: float = 0.95) -> Fit:
     """How a model was fitted, as its file says; by default settings if it does not."""
-    how = {} if model is None else model_sections(model).get("identification", {})
+    how = {} if model is None else model_sections(model)["identification"]
     return Fit(
         how.get("model", "equilibrium"),
         how.get("sigma", "known"),

@@ -36,7 +36,9 @@ def plan_command(
     out: Annotated[
         Path, typer.Option("--out", "-o", help="Plan to write; the run sheet goes beside it.")
     ] = Path("plan.json"),
-    count: Annotated[int | None, typer.Option(help="Experiments, instead of the study's.")] = None,
+    count: Annotated[
+        int | None, typer.Option(help="Experiments in all, instead of the study's.")
+    ] = None,
     max_configurations: Annotated[
         int | None, typer.Option(help="Most distinct configurations, instead of the study's.")
     ] = None,
@@ -69,9 +71,9 @@ def plan_command(
     study = read_study(study_file, known_in(known))
     if study.known is not None and known is None:
         writable(out, study_file.parent / study.known.source)
-    if after:
-        study = _rest(study, after)
     study = _overridden(study, count, max_configurations, criterion)
+    if after:
+        study = _rest(study, after, as_json)
     for doubt in renamed(study):
         print(f"note: {worded(doubt)}", file=sys.stderr)
     made = planned(study, out, seed)
@@ -82,14 +84,19 @@ def plan_command(
     print(f"wrote {out} and {out.with_suffix('.csv')}")
 
 
-def _rest(study: Study, measured: list[Path]) -> Study:
+def _rest(study: Study, measured: list[Path], as_json: bool) -> Study:
     """The study of what is left after the experiments in `measured`."""
     from elastocal.cli.inputs import readings
     from elastocal.planning.remaining import done, remaining
     from elastocal.terminal.measurements import show_remarks
+    from elastocal.wording import worded
 
     data = readings(study, measured)
-    show_remarks(data)
+    if as_json:
+        for remark in (*data.remarks, *map(worded, data.doubts)):
+            print(f"note: {remark}", file=sys.stderr)
+    else:
+        show_remarks(data)
     return remaining(study, done(study, data))
 
 
@@ -161,7 +168,7 @@ def evaluate_command(
     written, study = study, knowing_as(study, proposed)
     measured = baselines(study, proposed) if at_test_poses else {}
     for name, proposal in (proposed | measured).items():
-        note_origin(name, proposal, written)
+        note_origin(name, proposal, written, study.known)
         m, done = proposal.count, proposal.done
         if done is not None:
             print(

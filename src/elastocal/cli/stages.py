@@ -17,6 +17,7 @@ from elastocal.cli.inputs import (
     known_model,
     model_at,
     readings,
+    refuse_twice,
     start_of,
     tool_called,
 )
@@ -92,6 +93,7 @@ def _identified(
     if not files.measurements:
         return None
     data = readings(study, files.measurements, files.mapping)
+    refuse_twice(data, files.prior, files.known)
     how = fit_of(files.model, confidence)
     prior, known = model_at(files.prior, study.robot), known_model(files.known, study)
     fitted = identify(study.arm, data, how, prior=prior, known=known)

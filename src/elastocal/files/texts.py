@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 import os
@@ -38,6 +39,11 @@ def read_text(path: Path, *, largest: int = _LARGEST) -> str:
             f"{path}, line {line}: byte 0x{data[error.start]:02x} is not UTF-8; save the file "
             "with UTF-8 encoding"
         ) from None
+
+
+def file_hash(path: Path) -> str:
+    """SHA-256 of a file."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def json_document(

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from elastocal.arrays import Array, BoolArray, freeze, unset
+from elastocal.arrays import Array, BoolArray, IntArray, freeze, unset
 from elastocal.constraints import Clearance, Constraint, HeldJoint, JointLimit
 from elastocal.elastic.allowed_loads import FixedVector, Load
 from elastocal.elastic.arm import ElasticArm
@@ -129,6 +129,26 @@ class Done:
 
 
 @dataclass(frozen=True)
+class CarriedOut:
+    """A plan that was carried out before, as prior information.
+
+    Attributes:
+        cases: Its load cases.
+        repeats: (N,) how often each was measured.
+        sha256: Hash of its file, empty if there is none.
+    """
+
+    cases: LoadCases
+    repeats: IntArray
+    sha256: str = ""
+
+    def information(self, space: LoadCaseSpace) -> Array:
+        """(p, p) its information on the p unknowns of `space` [(N·m/rad)²]."""
+        each = space.information(self.cases)
+        return np.asarray(np.einsum("i,ijk->jk", self.repeats.astype(float), each))
+
+
+@dataclass(frozen=True)
 class Study:
     """A calibration campaign to be planned.
 
@@ -151,6 +171,7 @@ class Study:
         done: What was measured before, if the plan is for the rest; `prior` counts it already.
         known: Springs that bend besides, as an earlier campaign found them; `prior` counts it
             already, and test poses see them: see `two_steps.with_known`.
+        carried_out: A plan that was carried out before; `prior` counts it already.
     """
 
     robot: Robot
@@ -170,6 +191,7 @@ class Study:
     text: str = ""
     done: Done | None = None
     known: Known | None = None
+    carried_out: CarriedOut | None = None
 
     def __post_init__(self) -> None:
         self._tell_tool_what_is_measured()

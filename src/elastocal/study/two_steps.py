@@ -27,7 +27,8 @@ def with_known(study: Study, known: Known | None) -> Study:
 
     Raises:
         InputError: nothing is known but what the study identifies; a test pose is a matrix, which
-            has no columns for the known springs; the covariance of what is known is singular.
+            has no columns for the known springs; the covariance of what is known is singular;
+            the plan that is known is also the prior.
 
     Source: ours; the information of wanted and known springs adds up over load cases.
     """
@@ -36,12 +37,15 @@ def with_known(study: Study, known: Known | None) -> Study:
     own = study.prior[np.ix_(study.wanted, study.wanted)]
     if known is not None:
         known = replace(known, model=_part(known.model, _others(study, known)))
+        _refuse_twice(study, known)
     bare = replace(study, known=known, prior=unset(), test_poses=())
     prior = np.array(bare.prior)
+    if study.carried_out is not None:  # its experiments bent the known springs, too
+        prior += study.carried_out.information(bare.space)
     prior[np.ix_(bare.wanted, bare.wanted)] = own
     if known is not None:
         index = [bare.fitted.names.index(name) for name in known.uncertain.names]
-        prior[np.ix_(index, index)] = known.information
+        prior[np.ix_(index, index)] += known.information
     poses = tuple(_over(study, pose, bare.fitted) for pose in study.test_poses)
     return replace(bare, prior=prior, test_poses=poses)
 
@@ -56,6 +60,16 @@ def _others(study: Study, known: Known) -> tuple[str, ...]:
             "study identifies; what is known of these is a prior"
         )
     return others
+
+
+def _refuse_twice(study: Study, known: Known) -> None:
+    """Refuse one campaign as what is known and as prior: its readings would count twice."""
+    before = study.carried_out
+    if before is not None and known.sha256 and known.sha256 == before.sha256:
+        raise InputError(
+            f"{known.source}: is the plan of the prior, too, so its experiments would count twice; "
+            "keep one"
+        )
 
 
 def _part(model: ComplianceModel, names: tuple[str, ...]) -> ComplianceModel:

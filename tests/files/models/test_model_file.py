@@ -53,6 +53,7 @@ def test_an_identified_model_comes_back(tmp_path: Path) -> None:
     assert back.source == "a campaign"
     assert model_sections(path) == {
         "provenance": {"study": {"sha256": "ab"}},
+        "identification": {},
         "diagnostics": {"chi2": 3.5, "residuals": [[1.0, None]]},
     }
 

@@ -109,17 +109,14 @@ def read_model(path: str | Path, robot: Robot) -> ComplianceModel:
 
 
 def model_sections(path: str | Path) -> dict[str, Any]:
-    """Provenance and the opaque sections of a model file, as they stand there.
+    """Provenance and the opaque sections of a model file, as they stand there; what is none: empty.
 
     Raises:
         ModelFileError: not a model file.
     """
     document = _parse(read_text(Path(path)), Path(path))
-    return {
-        key: document[key]
-        for key in ("provenance", "identification", "diagnostics")
-        if key in document
-    }
+    sections = {key: document.get(key) for key in ("provenance", "identification", "diagnostics")}
+    return {key: section if isinstance(section, dict) else {} for key, section in sections.items()}
 
 
 def _parse(text: str, path: Path) -> dict[str, Any]:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 from pathlib import Path
 from typing import Any
 
 from elastocal.files.models.model_file import model_sections
 from elastocal.files.plans.plan_file import study_hash
+from elastocal.files.texts import file_hash
 from elastocal.measuring.measurements import Measurements
 from elastocal.study.known import Known
 from elastocal.study.study import Study
@@ -24,21 +24,21 @@ def provenance_section(study: Study, data: Measurements, prior: Path | None) -> 
 
 def made_from(path: Path, data: Measurements) -> bool:
     """Whether the model in a file says that it was made from these measurements."""
-    measurements = model_sections(path).get("provenance", {}).get("measurements", {})
-    return bool(data.sha256) and measurements.get("sha256") == data.sha256
+    measurements = model_sections(path)["provenance"].get("measurements")
+    named = measurements.get("sha256") if isinstance(measurements, dict) else None
+    return bool(data.sha256) and named == data.sha256
 
 
 def made_with(path: Path, prior: Path | None, known: Known | None) -> bool:
     """Whether the model in a file says that these and no other models were used."""
-    used = model_sections(path).get("provenance", {}).get("models", [])
+    used = model_sections(path)["provenance"].get("models", [])
     return bool(used == _models(prior, known))
 
 
 def _models(prior: Path | None, known: Known | None) -> list[dict[str, str]]:
     models = []
     if prior is not None:
-        sha256 = hashlib.sha256(prior.read_bytes()).hexdigest()
-        models.append({"name": prior.name, "sha256": sha256})
+        models.append({"name": prior.name, "sha256": file_hash(prior)})
     if known is not None:
         models.append({"name": Path(known.source).name, "sha256": known.sha256})
     return models

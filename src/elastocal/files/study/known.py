@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -13,7 +12,7 @@ from elastocal.errors import InputError, PlanFileError
 from elastocal.files.models.model_file import read_model
 from elastocal.files.plans.known_section import read_known
 from elastocal.files.plans.proposal_file import document_of, read_proposal, study_for
-from elastocal.files.texts import read_text
+from elastocal.files.texts import file_hash, read_text
 from elastocal.planning.assessment import assess
 from elastocal.robot.chain import Robot
 from elastocal.study.known import Known
@@ -39,7 +38,7 @@ def known_at(path: Path, robot: Robot, study_of: StudyOf, source: str = "") -> K
         InputError: neither model nor plan, for another robot, or without uncertainty.
     """
     text, source = read_text(path), source or path.name
-    sha256 = hashlib.sha256(path.read_bytes()).hexdigest()
+    sha256 = file_hash(path)
     if path.suffix.lower() == ".csv":
         raise InputError(f"{path}: expected a model.json or a plan.json, which has its study in it")
     if _is_plan(text):

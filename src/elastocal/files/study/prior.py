@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,9 +10,10 @@ import numpy as np
 from elastocal.arrays import Array
 from elastocal.errors import ElastocalError, InputError
 from elastocal.files.plans.proposal_file import read_proposal
+from elastocal.files.texts import file_hash
 from elastocal.files.values import Name, Number, Positive, Section
 from elastocal.files.yaml_lines import LocatedError
-from elastocal.study.study import Study
+from elastocal.study.study import CarriedOut, Study
 
 
 class PriorFile(Section):
@@ -22,10 +24,26 @@ class PriorFile(Section):
     information_N2m2: list[list[Number]] | None = None
 
 
-def prior_of(study: Study, entry: PriorFile, folder: Path) -> Array:
-    """(p, p) information [(N·m/rad)²] there is before the campaign."""
+def with_prior(study: Study, entry: PriorFile, folder: Path) -> Study:
+    """The study with what is known of its compliances before the campaign."""
+    if entry.plan is None or _given(entry) != ["plan"]:
+        return replace(study, prior=_information(study, entry))
+    try:
+        proposal = read_proposal(folder / entry.plan, study)
+    except ElastocalError as error:
+        raise LocatedError(("plan",), f"prior plan: {error}") from None
+    carried_out = CarriedOut(proposal.load_cases, proposal.repeats, file_hash(folder / entry.plan))
+    return replace(study, prior=carried_out.information(study.space), carried_out=carried_out)
+
+
+def _given(entry: PriorFile) -> list[str]:
+    return [key for key in PriorFile.model_fields if getattr(entry, key) is not None]
+
+
+def _information(study: Study, entry: PriorFile) -> Array:
+    """(p, p) information [(N·m/rad)²] as the file has it."""
     names = study.springs.names
-    given = [key for key in PriorFile.model_fields if getattr(entry, key) is not None]
+    given = _given(entry)
     if len(given) != 1:
         raise InputError(
             f"prior needs exactly one of {', '.join(PriorFile.model_fields)}, found {len(given)}"
@@ -40,24 +58,17 @@ def prior_of(study: Study, entry: PriorFile, folder: Path) -> Array:
                 )
             known[names.index(name), names.index(name)] = error**-2.0
         return known
-    if entry.information_N2m2 is not None:
-        rows = entry.information_N2m2
-        if len(rows) != len(names) or any(len(row) != len(names) for row in rows):
-            raise LocatedError(
-                (given[0],),
-                f"the information must be {len(names)} rows of "
-                f"{len(names)} numbers, one for each of {', '.join(names)}",
-            )
-        information: Array = np.array(rows)
-        if not np.allclose(information, information.T, rtol=1e-6):
-            raise LocatedError((given[0],), "the information matrix is not symmetric")
-        if np.linalg.eigvalsh(information)[0] < -1e-9 * np.abs(information).max():
-            raise LocatedError((given[0],), "the information matrix has a negative eigenvalue")
-        return information
-    assert entry.plan is not None
-    try:
-        proposal = read_proposal(folder / entry.plan, study)
-    except ElastocalError as error:
-        raise LocatedError(("plan",), f"prior plan: {error}") from None
-    each = study.space.information(proposal.load_cases)
-    return np.asarray(np.einsum("i,ijk->jk", proposal.repeats.astype(float), each))
+    assert entry.information_N2m2 is not None
+    rows = entry.information_N2m2
+    if len(rows) != len(names) or any(len(row) != len(names) for row in rows):
+        raise LocatedError(
+            (given[0],),
+            f"the information must be {len(names)} rows of "
+            f"{len(names)} numbers, one for each of {', '.join(names)}",
+        )
+    information: Array = np.array(rows)
+    if not np.allclose(information, information.T, rtol=1e-6):
+        raise LocatedError((given[0],), "the information matrix is not symmetric")
+    if np.linalg.eigvalsh(information)[0] < -1e-9 * np.abs(information).max():
+        raise LocatedError((given[0],), "the information matrix has a negative eigenvalue")
+    return information

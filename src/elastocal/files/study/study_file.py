@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -18,7 +19,7 @@ from elastocal.files.study.instrument import InstrumentFile, instrument_of
 from elastocal.files.study.known import KnownOf, known_at
 from elastocal.files.study.obstacles import clearances_of
 from elastocal.files.study.pace import CampaignFile, MotionFile, pace_of
-from elastocal.files.study.prior import PriorFile, prior_of
+from elastocal.files.study.prior import PriorFile, with_prior
 from elastocal.files.study.robot import (
     CheckPoseFile,
     ControllerFile,
@@ -119,7 +120,7 @@ def _study(file: StudyFile, path: Path, text: str, given: KnownOf | None) -> Stu
         extra = extra_springs(file.springs or {}, robot)
     with at("identify"):
         springs = _springs(robot, file.identify, extra)
-    with at("known"):
+    with at("known") if given is None else nullcontext():
         before = _known(robot, file, path) if given is None else given(robot)
     tools = dict(robot.tools)
     for name, entry in file.tools.items():
@@ -186,8 +187,8 @@ def _study(file: StudyFile, path: Path, text: str, given: KnownOf | None) -> Stu
         )
     if file.prior is not None:
         with at("prior"):
-            study = replace(study, prior=prior_of(study, file.prior, path.parent))
-    with at("known"):
+            study = with_prior(study, file.prior, path.parent)
+    with at("known") if given is None else nullcontext():
         return with_known(study, before)
 
 
