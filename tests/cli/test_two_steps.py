@@ -191,3 +191,42 @@ def test_a_plan_that_took_the_others_as_rigid_is_said_beside_one_that_did_not(
     said = flat(result.output)
     assert "rigid.json was made as if J2, J3 did not bend; it is judged by what first.json" in said
     assert said.count("was made as if") == 1
+
+
+def test_nothing_is_written_over_what_a_study_names(folder: Path, tmp_path: Path) -> None:
+    """A run sheet beside m.json is m.csv: it may be a path, or readings, that exist once."""
+    path = "J1 [deg],J2 [deg],J3 [deg],Fx [N],Fy [N],Fz [N]\n0,60,-45,0,290,-960\n"
+    study = tmp_path / "study.yaml"
+    text = FIRST.replace("q_deg: [0, 60, -45], force_N: [0, 290, -960]", "path: m.csv")
+    study.write_text(text + "prior: {plan: first.json}\n", encoding="utf-8")
+    (tmp_path / "m.csv").write_text(path, encoding="utf-8")
+    plan, truth = tmp_path / "first.json", folder / "truth.yaml"
+    plan.write_bytes((folder / "one.json").read_bytes())
+    before = {file: file.read_bytes() for file in (tmp_path / "m.csv", plan)}
+    model, data = folder / "first.json", tmp_path / "one_m.csv"
+    data.write_bytes((folder / "one_m.csv").read_bytes())
+    for arguments in (
+        ("plan", study, "-o", tmp_path / "m.json"),
+        ("plan", study, "-o", plan),
+        (
+            "plan",
+            folder / "one.yaml",
+            "--after",
+            data,
+            "--count",
+            6,
+            "-o",
+            data.with_suffix(".json"),
+        ),
+        ("simulate", study, plan, "--truth", truth, "-o", tmp_path / "m.csv"),
+        ("identify", study, data, "-o", plan),
+        ("compensate", study, model, folder / "path.csv", "-o", tmp_path / "m.csv"),
+    ):
+        (folder / "path.csv").write_text(path, encoding="utf-8")
+        result = run(*arguments)
+        assert result.exit_code == 2, arguments
+        assert "would be written over the file it is made from" in flat(result.output), arguments
+    assert before == {file: file.read_bytes() for file in before}
+    assert data.read_bytes() == (folder / "one_m.csv").read_bytes()
+    # What is named in place of the study's own may have the name of what is written.
+    done("plan", folder / "two.yaml", "--known", folder / "one.json", "-o", tmp_path / "one.json")

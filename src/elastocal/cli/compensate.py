@@ -54,7 +54,7 @@ def compensate_command(
     as_json: Json = False,
 ) -> None:
     """Correct a path for the deflection under its load; say what error remains."""
-    from elastocal.cli.inputs import load, models_at, start_of, tool_called
+    from elastocal.cli.inputs import load, models_at, sources_of, start_of, tool_called
     from elastocal.compensation.compensate import RULES, residual
     from elastocal.files.models.model_file import read_model
     from elastocal.files.models.stiffness_section import pose_entries
@@ -69,6 +69,8 @@ def compensate_command(
     if rule not in RULES:
         raise InputError(f"no rule {rule!r}; there are {', '.join(RULES)}")
     study = read_study(study_file)
+    given += sources_of(study, study_file)
+    writable(out, *given)
     used = tool_called(study, tool)
     compliances = models_at([model, *(more or [])], study.robot)
     wrench = load(force_n, torque_nm)

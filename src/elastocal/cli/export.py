@@ -47,7 +47,7 @@ def export_command(
     """Write the plan as a robot program; refuse a plan that breaks a constraint."""
     import numpy as np
 
-    from elastocal.cli.inputs import note_origin, study_of_plan
+    from elastocal.cli.inputs import note_origin, sources_of, study_of_plan
     from elastocal.cli.programs import write_program
     from elastocal.files.plans.proposal_file import read_proposal
     from elastocal.files.texts import file_hash
@@ -75,7 +75,9 @@ def export_command(
         external=None if external is None else tuple(external.replace(",", " ").split()),
         trigger=trigger,
     )
-    files = write_program(program, to, settings, folder, name, plan_file, study_file)
+    given = [plan_file, *([study_file] if study_file else [])]
+    given += sources_of(study, given[-1])
+    files = write_program(program, to, settings, folder, name, *given)
     if as_json:
         print_json({"program": program.name, "files": [str(path) for path in files]})
         return

@@ -46,7 +46,14 @@ def identify_command(
     as_json: Json = False,
 ) -> None:
     """Identify the compliances from measurements; write model.json."""
-    from elastocal.cli.inputs import known_in, known_model, model_at, readings, refuse_twice
+    from elastocal.cli.inputs import (
+        known_in,
+        known_model,
+        model_at,
+        readings,
+        refuse_twice,
+        sources_of,
+    )
     from elastocal.files.models.identification_file import write_identification
     from elastocal.files.study.study_file import read_study
     from elastocal.identification.fit import Fit
@@ -57,7 +64,7 @@ def identify_command(
     study = read_study(study_file, known_in(known))
     if study.known is not None and known is None:
         known = study_file.parent / study.known.source
-        writable(out, known)
+    writable(out, *sources_of(study, study_file, known))
     known_compliances = known_model(None, study)
     data = readings(study, measurements, mapping)
     refuse_twice(data, prior, known)

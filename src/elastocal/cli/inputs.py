@@ -65,6 +65,19 @@ class Files:
         return [*self.measurements, *self.validation, *(p for p in single if p is not None)]
 
 
+def sources_of(study: Study, beside: Path, known: Path | None = None) -> list[Path]:
+    """The files that a study names, which nothing is to be written over.
+
+    Args:
+        study: The study.
+        beside: Its file; what it names stands in the same folder.
+        known: What was named in place of its key `known`.
+    """
+    parts = (study.carried_out, study.known if known is None else None)
+    named = [*study.path_hashes, *(part.source for part in parts if part and part.source)]
+    return [beside.parent / source for source in named] + ([known] if known else [])
+
+
 def study_of_plan(plan: Path, study: Path | None) -> Study:
     """The study of a plan: the one in a file, or else the one embedded in the plan."""
     return embedded_study(plan) if study is None else read_study(study)

@@ -57,7 +57,7 @@ def plan_command(
     as_json: Json = False,
 ) -> None:
     """Plan the experiments; write plan.json and the run sheet plan.csv."""
-    from elastocal.cli.inputs import known_in
+    from elastocal.cli.inputs import known_in, sources_of
     from elastocal.cli.planning import planned
     from elastocal.files.plans.plan_file import plan_document
     from elastocal.files.study.study_file import read_study
@@ -65,12 +65,11 @@ def plan_command(
     from elastocal.terminal.plans import show_plan
     from elastocal.wording import worded
 
-    given = [] if known is None else [known]
-    writable(out, study_file, *given, suffix=".json")
-    writable(out.with_suffix(".csv"), study_file)
+    given = [study_file, *(after or [])]
+    writable(out, *given, suffix=".json")
     study = read_study(study_file, known_in(known))
-    if study.known is not None and known is None:
-        writable(out, study_file.parent / study.known.source)
+    for file in (out, out.with_suffix(".csv")):
+        writable(file, *given, *sources_of(study, study_file, known))
     study = _overridden(study, count, max_configurations, criterion)
     if after:
         study = _rest(study, after, as_json)

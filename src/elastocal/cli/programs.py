@@ -17,16 +17,15 @@ def write_program(
     settings: Settings,
     folder: Path,
     name: str,
-    *inputs: Path | None,
+    *inputs: Path,
 ) -> list[Path]:
     """Write a program for a controller; refuse a file name that the controller does not take."""
     files = {folder / file: text for file, text in export(program, to, settings).items()}
     made = next(iter(files)).stem
     if name and made != name:
         raise InputError(f"{folder / name}: not a program name for {to}, {made!r} would be one")
-    given = [path for path in inputs if path is not None]
     for path in files:
-        writable(path, *given)
+        writable(path, *inputs)
     for path, text in files.items():
         write_text(path, text)
     return list(files)

@@ -56,7 +56,7 @@ def report_command(
 
     Whatever follows the plan is computed again from the files that are named.
     """
-    from elastocal.cli.inputs import Files, note_origin, proposals
+    from elastocal.cli.inputs import Files, note_origin, proposals, sources_of
     from elastocal.cli.stages import stages, virtual_campaigns, write_report
     from elastocal.files.models.model_file import read_model
     from elastocal.files.plans.plan_file import read_plan
@@ -76,6 +76,7 @@ def report_command(
         note_origin(plan_file.name, read_proposal(plan_file, given), given)
     with progress("bound") as tell:
         plan = read_plan(plan_file, given, seed=seed, progress=tell)
+    writable(out, *sources_of(plan.study, study_file or plan_file))
     proposed = proposals(vs or [], plan.study)
     others = {name: assess(plan.study, o.load_cases, o.repeats) for name, o in proposed.items()}
     contents = stages(plan.study, files, tool, confidence)

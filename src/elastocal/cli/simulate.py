@@ -73,7 +73,7 @@ def simulate_command(
     """Simulate what a plan would measure on a robot whose compliances are known."""
     import numpy as np
 
-    from elastocal.cli.inputs import knowing_as, only_proposal, proposals
+    from elastocal.cli.inputs import knowing_as, only_proposal, proposals, sources_of
     from elastocal.files.measurements.measurement_file import write_measurements
     from elastocal.files.models.campaign_file import write_campaigns
     from elastocal.files.models.model_file import read_model
@@ -89,6 +89,7 @@ def simulate_command(
         writable(picture, study_file, truth, *plans, suffix=".svg")
     writable(out, study_file, truth, *plans, suffix=".csv" if number is None else ".json")
     study = read_study(study_file)
+    writable(out, *sources_of(study, study_file))
     true = read_model(truth, study.robot)
     reality = Reality(
         LoadError(load_error_percent / 100.0, float(np.radians(load_direction_deg))),

@@ -135,11 +135,13 @@ class CarriedOut:
     Attributes:
         cases: Its load cases.
         repeats: (N,) how often each was measured.
-        sha256: Hash of its file, empty if there is none.
+        source: File it was read from, as it was named; empty if there is none.
+        sha256: Hash of that file.
     """
 
     cases: LoadCases
     repeats: IntArray
+    source: str = ""
     sha256: str = ""
 
     def information(self, space: LoadCaseSpace) -> Array:

@@ -32,7 +32,8 @@ def with_prior(study: Study, entry: PriorFile, folder: Path) -> Study:
         proposal = read_proposal(folder / entry.plan, study)
     except ElastocalError as error:
         raise LocatedError(("plan",), f"prior plan: {error}") from None
-    carried_out = CarriedOut(proposal.load_cases, proposal.repeats, file_hash(folder / entry.plan))
+    digest = file_hash(folder / entry.plan)
+    carried_out = CarriedOut(proposal.load_cases, proposal.repeats, entry.plan, digest)
     return replace(study, prior=carried_out.information(study.space), carried_out=carried_out)
 
 
