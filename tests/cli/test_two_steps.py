@@ -230,3 +230,22 @@ def test_nothing_is_written_over_what_a_study_names(folder: Path, tmp_path: Path
     assert data.read_bytes() == (folder / "one_m.csv").read_bytes()
     # What is named in place of the study's own may have the name of what is written.
     done("plan", folder / "two.yaml", "--known", folder / "one.json", "-o", tmp_path / "one.json")
+
+
+def test_what_was_known_before_was_no_experiment_of_this_plan(folder: Path, tmp_path: Path) -> None:
+    """Errors then do not go down as one over the root of the count; nobody says that they do."""
+    page, claim = tmp_path / "r.html", "of the experiments could be saved"
+    done("report", folder / "one.json", "--quick", "-o", page)
+    assert claim in page.read_text("utf-8")
+    assert "times as many experiments" in page.read_text("utf-8")
+    done("report", folder / "two.json", "--quick", "-o", page)
+    text = page.read_text("utf-8")
+    assert claim not in text
+    assert "times as many experiments" not in text
+    assert "J2, J3 bend as well: their errors, as found in first.json, count" in text
+    assert "What was known before these experiments" not in text
+    random = ("--random", "0", "--at-test-poses")
+    assert ", worth" in flat(done("evaluate", folder / "one.yaml", folder / "one.json", *random))
+    said = flat(done("evaluate", folder / "two.yaml", folder / "two.json", *random))
+    assert "smaller than in the test poses" in said
+    assert "worth" not in said

@@ -124,7 +124,7 @@ def bound_of(plan: Plan) -> float | None:
 def _tiles(plan: Plan, random: Array | None) -> list[Tile]:
     """Bound, efficiency, random plans, instrument: as far as they are known."""
     certificate, rho0, m = plan.certificate, plan.assessment.rho0, plan.count
-    bound = bound_of(plan)
+    bound, before = bound_of(plan), bool(np.any(plan.study.prior))
     tiles = []
     if bound is not None:
         meaning = f"No plan with {counted(m, 'experiment')} can do better."
@@ -133,16 +133,19 @@ def _tiles(plan: Plan, random: Array | None) -> list[Tile]:
         saved = max(0.0, 100.0 * (1.0 - certificate.efficiency))
         under = "" if bound is not None else f" under criterion {certificate.criterion}"
         meaning = f"At best {number(saved, 2)} % of the experiments could be saved{under}."
+        if before:  # nothing of what is known was an experiment of this plan
+            gain = 100.0 * (1.0 - np.sqrt(min(certificate.efficiency, 1.0)))
+            meaning = f"At most {number(gain, 2)} % to gain in the error{under}."
         if saved < 0.01:
             meaning = f"There is nothing left to gain{under}."
         tiles.append(Tile("Efficiency", percent(certificate.efficiency), meaning))
     if random is not None and len(random) and np.isfinite(rho0):
         factor = float(np.median(random)) / rho0
         if np.isfinite(factor):
-            meaning = (
-                "Median error of random feasible plans over this one. A random plan would need "
-                f"about {number(factor**2, 2)} times as many experiments."
-            )
+            meaning = "Median error of random feasible plans over this one."
+            if not before:
+                times = number(factor**2, 2)
+                meaning += f" A random plan would need about {times} times as many experiments."
             tiles.append(Tile("Against random", f"{number(factor, 2)} ×", meaning))
         else:
             meaning = "More than half of all random plans cannot tell the compliances apart."
@@ -162,9 +165,10 @@ def _advice(plan: Plan) -> list[str]:
         known = plan.study.known
         how = "promised by" if known.planned else "found in"
         sentences.append(
-            f"{', '.join(known.model.names)} bend as well: what they are known with, as {how} "
-            f"{known.source or 'an earlier campaign'}, counts in every number."
+            f"{', '.join(known.model.names)} bend as well: their errors, as {how} "
+            f"{known.source or 'an earlier campaign'}, count in every number."
         )
-    elif plan.study.prior is not None and np.any(plan.study.prior):
+    wanted = plan.study.wanted
+    if np.any(plan.study.prior[np.ix_(wanted, wanted)]):
         sentences.append("What was known before these experiments is counted in every number.")
     return sentences

@@ -239,7 +239,8 @@ def show_evaluations(
         for doubt in result.remarks:
             out.print(Text(f"{name}: {ended(worded(doubt))}"))
     for base in baselines:
-        _show_baseline(base, results, [name for name in results if name not in baselines])
+        named = [name for name in results if name not in baselines]
+        _show_baseline(base, results, named, before=bool(study.prior.any()))
     for m, rho0 in random.items():
         low, middle, high = np.quantile(rho0, (0.05, 0.5, 0.95), method="inverted_cdf")
         out.print(
@@ -258,15 +259,14 @@ def show_evaluations(
                 )
 
 
-def _show_baseline(base: str, results: Mapping[str, Evaluation], names: Sequence[str]) -> None:
+def _show_baseline(
+    base: str, results: Mapping[str, Evaluation], names: Sequence[str], *, before: bool
+) -> None:
     """How much better plans are than measuring in the test poses as often."""
     known = results[base].assessment.rho0
     for name in names:
         if results[name].count == results[base].count and np.isfinite(known):
             factor = known / results[name].assessment.rho0
-            out.print(
-                Text(
-                    f"{name}: ρ0 {factor:.2f}× smaller than in the test poses, worth "
-                    f"{factor**2:.2f}× as many experiments there"
-                )
-            )
+            # With what was known before, errors do not go down as one over the root of the count.
+            worth = "" if before else f", worth {factor**2:.2f}× as many experiments there"
+            out.print(Text(f"{name}: ρ0 {factor:.2f}× smaller than in the test poses{worth}"))
