@@ -214,3 +214,17 @@ def test_every_class_has_a_name_of_its_own() -> None:
             if isinstance(node, ast.ClassDef):
                 places.setdefault(node.name, []).append(name_of(path))
     assert {name: files for name, files in places.items() if len(files) > 1} == {}
+
+
+def test_values_are_frozen() -> None:
+    """Every dataclass, but for those that are filled while something is read or runs."""
+    filled = {"Node", "Urdf", "_Batch"}
+    loose = {
+        node.name
+        for tree in TREES.values()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ClassDef)
+        for mark in map(ast.unparse, node.decorator_list)
+        if mark.startswith("dataclass") and "frozen=True" not in mark
+    }
+    assert loose == filled

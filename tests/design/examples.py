@@ -6,9 +6,9 @@ import numpy as np
 
 from elastocal.design.criterion import Criterion, InformationFunction
 from elastocal.design.matrix_means import MatrixMean
-from elastocal.design.minimax import PowerMean, Worst, floored
 from elastocal.design.observability import SingularValueRatio
 from elastocal.design.part import InformationOnPart, OnPart
+from elastocal.design.power_mean import PowerMean, floored
 from elastocal.design.test_pose import TestPosePrecision
 from elastocal.elastic.allowed_loads import FixedVector
 from elastocal.elastic.arm import ElasticArm
@@ -18,6 +18,7 @@ from elastocal.measuring.instrument import Isotropic
 from elastocal.robot.sources import three_link
 from elastocal.study.criteria import CRITERIA
 from elastocal.study.study import Experiments, Study, test_pose
+from tests.design.worst import Worst
 
 PARAMETERS = 3
 

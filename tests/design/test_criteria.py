@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from elastocal.design.criterion import InformationFunction
 from elastocal.design.matrix_means import MatrixMean
-from elastocal.design.minimax import PowerMean, Worst
+from elastocal.design.power_mean import PowerMean
 from elastocal.design.test_pose import TestPosePrecision
 from elastocal.errors import InputError
 from elastocal.study.criteria import CRITERIA, criterion_of, losses, mean_test_pose
@@ -22,6 +22,7 @@ from tests.design.examples import (
     information_matrix,
     study_with_two_test_poses,
 )
+from tests.design.worst import Worst
 
 seeds = st.integers(0, 2**32 - 1)
 reproducible = settings(max_examples=30)
@@ -229,8 +230,8 @@ def test_worst_is_the_minimum_of_its_members() -> None:
     worst, one = (CRITERIA[name].function(study) for name in ("worst", "coordinate"))
     assert value(worst, matrix) == pytest.approx(1.0 / max(errors), rel=1e-12)
     assert value(one, matrix) == pytest.approx(1.0 / max(coordinates), rel=1e-12)
-    with pytest.raises(ValueError, match="worst of no criteria"):
-        Worst([])
+    with pytest.raises(ValueError, match="mean of no criteria"):
+        PowerMean([])
 
 
 def test_a_power_mean_lies_below_the_minimum_but_not_far() -> None:

@@ -9,8 +9,8 @@ import pytest
 from elastocal.design.approximate import interior_point, optimal_weights
 from elastocal.design.criterion import InformationFunction
 from elastocal.design.matrix_means import MatrixMean
-from elastocal.design.minimax import Worst
 from elastocal.design.test_pose import TestPosePrecision
+from tests.design.worst import Worst
 
 P = 4
 # The equivalence theorem is asked to hold to 1e-7 on the points, so the value is good to 1e-7;

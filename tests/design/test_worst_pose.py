@@ -8,12 +8,13 @@ import pytest
 from elastocal.design.continuous import continuous_design
 from elastocal.design.criterion import InformationFunction
 from elastocal.design.exact import Effort, exact_design
-from elastocal.design.minimax import PowerMean, Worst, floored
+from elastocal.design.power_mean import PowerMean, floored
 from elastocal.design.refinement import Goal
 from elastocal.design.test_pose import TestPosePrecision
 from elastocal.design.worst_pose import SoftWorstPose, WorstPose
 from tests.design.examples import information_matrix
 from tests.design.polynomial import polynomial
+from tests.design.worst import Worst
 
 
 def curve(count: int) -> np.ndarray:

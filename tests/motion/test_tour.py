@@ -186,6 +186,18 @@ def test_a_wrong_campaign_is_refused(wrong: Pace, says: str) -> None:
         for_robot(wrong, robot, np.array([robot.lower, robot.upper]))
 
 
+def test_a_home_at_a_limit_may_be_beyond_it_by_rounding() -> None:
+    robot = kuka_kr270()
+    limits = np.array([robot.lower, robot.upper])
+    for end, outward in ((robot.lower, -1.0), (robot.upper, 1.0)):
+        home = np.zeros(6)
+        home[1] = end[1] + outward * 1e-10
+        assert for_robot(Pace(home=home), robot, limits).home[1] == home[1]
+        home[1] = end[1] + outward * 1e-8
+        with pytest.raises(InputError, match="home has A2"):
+            for_robot(Pace(home=home), robot, limits)
+
+
 def test_negative_times_are_refused() -> None:
     with pytest.raises(InputError, match="settle must not be negative"):
         Pace(settle=-1.0)

@@ -56,6 +56,23 @@ def test_repeats_are_whole_cycles_with_their_own_approach() -> None:
     assert program.experiments == 5
 
 
+@pytest.mark.parametrize("home", [True, False])
+def test_via_points_are_passed_in_order_where_they_were_planned(home: bool) -> None:
+    """One to the first pose, two to the second, one on the way home; without home not the ends."""
+    v = [0.01 * np.full((count, 3), k) for k, count in enumerate((1, 2, 1), start=1)]
+    v[1] = np.array([[0.02, 0.0, 0.0], [0.0, 0.02, 0.0]])
+    program = campaign(repeats=(2, 1), home=np.zeros(3) if home else None, via=v)
+    moves = [s.target for s in program.steps if isinstance(s, Move)]
+    names = [program.target_names[target] for target in moves]
+    first, second = ["AP1", "P1"] * 2, ["AP2", "P2"]
+    if home:
+        assert names == ["H0", "V1", *first, "V2", "V3", *second, "V4", "H0"]
+    else:
+        assert names == [*first, "V2", "V3", *second, "AP2"]
+    passed = [t for t, name in zip(moves, names, strict=True) if name in ("V2", "V3")]
+    np.testing.assert_array_equal(program.targets[passed], v[1])
+
+
 @settings(max_examples=50)
 @given(repeats=st.lists(st.integers(1, 5), min_size=2, max_size=2), home=st.booleans())
 def test_the_robot_never_moves_with_the_load_on(repeats: list[int], home: bool) -> None:

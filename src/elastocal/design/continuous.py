@@ -35,7 +35,7 @@ class ContinuousDesign:
         total: (p, p) information per unit of weight, base included.
         certificate: What it proves for every other design.
         gap: Bound over value, less 1. Large where the optimum is singular, so that the search
-            gives up: use `minimax.floored` then.
+            gives up: use `power_mean.floored` then.
     """
 
     x: Array

@@ -13,8 +13,8 @@ import numpy as np
 from elastocal.arrays import Array, frozen
 from elastocal.design.continuous import TOLERANCE, ContinuousDesign, continuous_design
 from elastocal.design.criterion import Criterion, InformationFunction
-from elastocal.design.minimax import floored
 from elastocal.design.oracle import climb
+from elastocal.design.power_mean import floored
 from elastocal.design.space import information
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.matrices import NEARLY_SINGULAR, rank_of

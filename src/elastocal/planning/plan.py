@@ -5,6 +5,7 @@ In: a `Study`. Out: a `Plan`. Nothing is printed or written.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple
@@ -34,6 +35,7 @@ from elastocal.planning.certificate import (
 from elastocal.planning.one_side import azimuth_range
 from elastocal.planning.plain_values import Plain, simplify
 from elastocal.planning.visibility import Visibility, visibility
+from elastocal.robot.chain import Robot
 from elastocal.robot.posture import Posture
 from elastocal.study.identifiability import check_count, check_identifiable
 from elastocal.study.left_rigid import left_rigid
@@ -200,9 +202,7 @@ def _searched(
         except UnreachableError as error:
             if len(avoid) == _UNREACHABLE:
                 raise
-            same = (*plain.free, plain.turns_with_load)
-            counts = np.array([float(name not in same) for name in study.robot.joint_names])
-            avoid += (Distinct("distance from what cannot be reached", error.q, counts, _AWAY),)
+            avoid += (_away_from(error.q, study.robot, (*plain.free, plain.turns_with_load)),)
             continue
         return _Outcome(design.x, cases, design.counts[order], plain, via)
 
@@ -212,6 +212,12 @@ def _roomiest(study: Study, cases: LoadCases) -> IntArray:
     constraints = (*study.joint_limits, *study.constraints)
     room = np.sort(room_at(constraints, Posture(study.robot, cases.q)), axis=0)
     return np.lexsort(-np.round(room[::-1], 6))
+
+
+def _away_from(q: Array, robot: Robot, same: Collection[str]) -> Distinct:
+    """Keep away from (n,) joint values that cannot be reached; joints in `same` do not count."""
+    counts = np.array([float(name not in same) for name in robot.joint_names])
+    return Distinct("distance from what cannot be reached", q, counts, _AWAY)
 
 
 _UNREACHABLE = 8  # configurations without a way to them that are given up, one after the other ...

@@ -114,6 +114,9 @@ CASES: dict[str, tuple[bytes, list[str]]] = {
     "decimal commas and points": (
         edited("0,3;-3,6;0,02", "0.3;-3,6;0,02", GOOD.replace(",", ";").replace(".", ",")),
         ["line 2, column 'dx [mm]'", "'0,1'", "'0.3' in line 7", "one decimal sign"]),
+    "a comma that is in no number": (
+        edited("0.1;0.2", "a,b;0.2", GOOD.replace(",", ";")),
+        ["line 2, column 'dx [mm]'", "found 'a,b'"]),
     "decimal point far below decimal commas": (
         (HEAD + FIRST * 1100 + FIRST).replace(",", ";").replace(".", ",")[::-1]
         .replace("1,3-", "1.3-", 1)[::-1].encode(),
