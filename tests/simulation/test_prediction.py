@@ -51,15 +51,18 @@ def test_one_compliance_leaves_errors_of_a_half_normal_distribution() -> None:
         assert np.quantile(predicted_total(one), share) == pytest.approx(expected, rel=0.02)
 
 
-@pytest.mark.parametrize("number", [2, 50, 2000])
+@pytest.mark.parametrize("number", [2, 20, 50, 2000])
 def test_ranges_of_chance(number: int) -> None:
     found = chance(number)
     half = stats.norm.ppf(0.975) / np.sqrt(number)
     assert found.bias == pytest.approx((-half, half), rel=1e-4)
     ratio = np.sqrt(stats.chi2.ppf([0.025, 0.975], number - 1) / (number - 1))
     assert found.spread == pytest.approx(tuple(ratio), rel=1e-12)
-    share = np.sqrt(0.95 * 0.05) * half
-    assert found.coverage == pytest.approx((0.95 - share, 0.95 + share), rel=1e-4)
+    counts = stats.binom.ppf([0.025, 0.975], number, 0.95)
+    assert found.coverage == pytest.approx(tuple(counts / number), rel=1e-12)
+    assert found.coverage[1] <= 1.0
+    share = np.sqrt(0.95 * 0.05) * half  # as many as a normal has, up to one campaign
+    assert found.coverage == pytest.approx((0.95 - share, 0.95 + share), abs=1.0 / number)
 
 
 def test_share_inside_the_ellipse() -> None:

@@ -124,6 +124,12 @@ def test_the_program_does_not_move_it(plan: ec.Plan) -> None:
     program = campaign_program(plan.study, plan.load_cases, plan.repeats)
     np.testing.assert_array_equal(program.targets[:, 0], plan.load_cases.q[0, 0])
     assert np.ptp(program.targets[:, 1]) > 0.0
+    home = np.radians([25.0, 60.0, 0.0])
+    moved = campaign_program(plan.study, plan.load_cases, plan.repeats, home=home)
+    assert "Home breaks J1 = 10° by 15°." in moved.notes
+    home[0] = np.radians(10.0)
+    kept = campaign_program(plan.study, plan.load_cases, plan.repeats, home=home)
+    assert not any("Home breaks" in note for note in kept.notes)
 
 
 def test_the_report_says_where_it_is_held(plan: ec.Plan) -> None:

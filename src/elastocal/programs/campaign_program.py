@@ -193,15 +193,16 @@ def _plain(value: float, decimals: int = 2) -> str:
 
 
 def _home(study: Study, home: ArrayLike) -> tuple[list[Array], list[str]]:
-    """Home within the limits, and a note on every constraint on measurements that it breaks."""
+    """Home within the limits of the robot, and a note on all of the study that it breaks."""
     robot = study.robot
     q = np.asarray(home, dtype=float)
     if q.shape != (len(robot.joints),):
         raise InputError(f"home needs {len(robot.joints)} joint values, found {q.size}")
     check_limits(robot, q[None], ["home"])
-    room = margins_at(study.constraints, Posture(robot, q[None]))[:, 0]
+    constraints = (*study.joint_limits, *study.constraints)
+    room = margins_at(constraints, Posture(robot, q[None]))[:, 0]
     return [q], [
         f"Home breaks {c.name} by {described(-float(margin), c.unit)}."
-        for c, margin in zip(study.constraints, room, strict=True)
+        for c, margin in zip(constraints, room, strict=True)
         if margin < -TOLERANCE
     ]

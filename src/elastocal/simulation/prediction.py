@@ -67,17 +67,17 @@ class Cloud:
 def chance(number: int) -> Chance:
     """What chance allows statistics of `number` campaigns.
 
-    Source: means are normal, sums of squares χ² with one degree of freedom less.
+    Source: means are normal, sums of squares χ² with one degree of freedom less, counts binomial.
     """
-    from scipy.special import chdtri
+    from scipy.special import bdtrik, chdtri
 
     half = 1.96 / np.sqrt(number)
-    share = 1.96 * np.sqrt(PROMISED * (1.0 - PROMISED)) / np.sqrt(number)
+    fewest, most = np.ceil(bdtrik([0.025, 0.975], number, PROMISED)) / number
     low, high = np.sqrt(chdtri(number - 1, [0.975, 0.025]) / (number - 1))
     return Chance(
         (-float(half), float(half)),
         (float(low), float(high)),
-        (PROMISED - float(share), PROMISED + float(share)),
+        (float(fewest), float(most)),
     )
 
 
