@@ -345,5 +345,20 @@ def test_a_study_that_asks_for_g_hears_what_that_is(folder: Path, tmp_path: Path
     assert "note" not in run(*asked[:-1], "A", "--out", tmp_path / "again.json").stderr
 
 
+def test_the_report_of_an_old_plan_for_g_says_what_it_judges_by(
+    folder: Path, tmp_path: Path
+) -> None:
+    document = json.loads((folder / "plan.json").read_text("utf-8"))
+    document["criterion"] = "G"
+    document["criteria"]["G_mm"] = document["criteria"].pop("coordinate_mm")
+    del document["criteria"]["G"]
+    (tmp_path / "plan.json").write_text(json.dumps(document), encoding="utf-8")
+    arguments = (tmp_path / "plan.json", "--quick", "-o", tmp_path / "r.html")
+    for study in ((), ("--study", folder / "study.yaml")):
+        result = run("report", *arguments, *study)
+        assert result.exit_code == 0, result.output
+        assert "plan.json was made for what version 0.1.0 called G" in flat(result.stderr)
+
+
 def flat(text: str) -> str:
     return " ".join(text.split())

@@ -56,12 +56,11 @@ def report_command(
 
     Whatever follows the plan is computed again from the files that are named.
     """
-    from elastocal.cli.inputs import Files, note_origin, proposals, sources_of
+    from elastocal.cli.inputs import Files, note_origin, proposals, sources_of, study_of_plan
     from elastocal.cli.stages import stages, virtual_campaigns, write_report
     from elastocal.files.models.model_file import read_model
     from elastocal.files.plans.plan_file import read_plan
     from elastocal.files.plans.proposal_file import read_proposal
-    from elastocal.files.study.study_file import read_study
     from elastocal.planning.assessment import assess
     from elastocal.terminal.console import progress
 
@@ -71,9 +70,8 @@ def report_command(
     if random and campaigns is None:
         raise InputError("--random needs --campaigns: how many to simulate")
     writable(out, plan_file, *([study_file] if study_file else []), *(vs or []), *files.all)
-    given = None if study_file is None else read_study(study_file)
-    if given is not None:
-        note_origin(plan_file.name, read_proposal(plan_file, given), given)
+    given = study_of_plan(plan_file, study_file)
+    note_origin(plan_file.name, read_proposal(plan_file, given), given)
     with progress("bound") as tell:
         plan = read_plan(plan_file, given, seed=seed, progress=tell)
     writable(out, *sources_of(plan.study, study_file or plan_file))

@@ -13,6 +13,7 @@ from elastocal.planning.assessment import Assessment
 from elastocal.study.study import Study
 from elastocal.study.test_path import TestPath
 from elastocal.terminal.console import micrometres, whole
+from elastocal.wording.lists import counted
 
 
 def show_test_poses(study: Study, plans: Mapping[str, Assessment], better: Shares) -> None:
@@ -37,7 +38,7 @@ def show_test_poses(study: Study, plans: Mapping[str, Assessment], better: Share
     for i, (pose, share) in enumerate(zip(study.test_poses, study.shares, strict=True)):
         label = pose.name
         if isinstance(pose, TestPath):
-            label += f" ({len(pose.cases)} points)"
+            label += f" ({counted(len(pose.cases), 'point')})"
         for name, worth in plans.items():
             worst = worth.worst_points[i]
             cells = [Text(label)]
