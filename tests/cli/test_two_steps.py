@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from pathlib import Path
 
@@ -244,6 +245,7 @@ def test_what_was_known_before_was_no_experiment_of_this_plan(folder: Path, tmp_
     assert "times as many experiments" not in text
     assert "J2, J3 bend as well: their errors, as found in first.json, count" in text
     assert "What was known before these experiments" not in text
+    assert hashlib.sha256((folder / "first.json").read_bytes()).hexdigest() in text
     random = ("--random", "0", "--at-test-poses")
     assert ", worth" in flat(done("evaluate", folder / "one.yaml", folder / "one.json", *random))
     said = flat(done("evaluate", folder / "two.yaml", folder / "two.json", *random))

@@ -10,6 +10,7 @@ from elastocal.measuring.measurements import Measurements
 from elastocal.report.contents import Contents
 from elastocal.report.section import PageSection
 from elastocal.robot.chain import Robot
+from elastocal.study.study import Study
 
 
 def provenance(contents: Contents) -> PageSection:
@@ -23,6 +24,7 @@ def provenance(contents: Contents) -> PageSection:
         facts.append(("Robot", f"{robot.name}, {len(robot.joints)} joints"))
     if plan is not None:
         facts += [("Criterion", plan.criterion), ("Seed", str(plan.seed))]
+        facts += _before(plan.study)
     found, validation = contents.identification, contents.validation
     if found is not None:
         facts += _source("Measurements", found.measurements)
@@ -49,6 +51,19 @@ def robot_of(contents: Contents) -> Robot | None:
     if contents.compensation is not None:
         return contents.compensation.arm.robot
     return None
+
+
+def _before(study: Study) -> list[tuple[str, str]]:
+    """Files with what the plan counts as known before, and of its paths, with their hashes."""
+    parts = {"Known": study.known, "Prior": study.carried_out, "Measured before": study.done}
+    named = [(name, part.source, part.sha256) for name, part in parts.items() if part is not None]
+    named += [("Path", source, sha256) for source, sha256 in study.path_hashes.items()]
+    rows = []
+    for name, source, sha256 in named:
+        rows.append((name, source or "not from a file"))
+        if sha256:
+            rows.append((f"{name}, SHA-256", sha256))
+    return rows
 
 
 def _source(name: str, data: Measurements) -> list[tuple[str, str]]:
