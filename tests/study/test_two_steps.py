@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 import elastocal as ec
-from elastocal.elastic.springs import subset
+from elastocal.arrays import unset
+from elastocal.elastic.compliance_model import refuse_other_springs
+from elastocal.elastic.springs import VirtualJoints, merged, subset
 from elastocal.errors import InputError
 from elastocal.study.criteria import CRITERIA
 from elastocal.study.known import Known
@@ -235,3 +237,28 @@ def test_a_plan_carried_out_before_bent_the_known_springs_too() -> None:
     one = replace(study, carried_out=replace(carried_out, sha256="a"))
     with pytest.raises(InputError, match=r"p\.json: is the plan of the prior, too"):
         with_known(one, replace(known, source="p.json", sha256="a"))
+
+
+def test_another_spring_of_the_same_name_is_refused() -> None:
+    """A spring at the base: body, type, axis and origin make it, not its name."""
+    study = kr270_study()
+    place = {"body": [0], "joint": [-1], "prismatic": [False]}
+    base = VirtualJoints(("base",), axis=[[0.0, 1.0, 0.0]], origin=[[0.1, 0.0, -0.5]], **place)
+    model = ec.ComplianceModel(base, [1e-8], [[1e-18]])
+    refuse_other_springs(model, study.springs)
+    for same in (
+        replace(base, axis=-base.axis),
+        replace(base, origin=np.add(base.origin, [0.0, 2.0, 0.0])),  # further along its axis
+    ):
+        refuse_other_springs(model, merged(study.springs, same))
+    for other in (
+        replace(base, axis=[[1.0, 0.0, 0.0]]),
+        replace(base, origin=np.add(base.origin, [0.0, 0.0, 0.01])),
+        replace(base, body=[1]),
+        replace(base, prismatic=[True]),
+    ):
+        springs = merged(study.springs, other)
+        with pytest.raises(InputError, match="'base' is another one than that of the study"):
+            refuse_other_springs(model, springs)
+        with pytest.raises(InputError, match="'base' is another one"):
+            with_known(replace(study, springs=springs, prior=unset()), Known(model))

@@ -70,6 +70,7 @@ class ComplianceModel:
 
 
 _TIED = 1e-12  # eigenvalue of a correlation matrix at which a combination counts as exact
+_ELSEWHERE = 1e-6  # distance [m] and sine of an angle that make another spring
 
 
 def rows_of(model: ComplianceModel, shared: Sequence[str], names: Sequence[str]) -> Array:
@@ -101,6 +102,28 @@ def rows_of(model: ComplianceModel, shared: Sequence[str], names: Sequence[str])
     root = np.linalg.inv(np.linalg.cholesky(correlation)) / scale
     rows[:, [names.index(name) for name in shared]] = root
     return rows
+
+
+def refuse_other_springs(model: ComplianceModel, springs: VirtualJoints) -> None:
+    """Refuse a model that has another spring under the name of one of `springs`.
+
+    Raises:
+        InputError: it sits elsewhere, or gives way along another axis.
+    """
+    for i, name in enumerate(springs.names):
+        if name not in model.names:
+            continue
+        j, other = model.names.index(name), model.springs
+        along, apart = springs.axis[i], other.origin[j] - springs.origin[i]
+        same = springs.body[i] == other.body[j] and springs.prismatic[i] == other.prismatic[j]
+        off = np.abs(np.cross(along, other.axis[j])).max()
+        if not springs.prismatic[i]:  # where along its axis the origin lies makes no difference
+            off = max(off, np.abs(np.cross(along, apart)).max())
+        if not same or off > _ELSEWHERE:
+            raise InputError(
+                f"{model.source or 'the model'}: its spring {name!r} is another one than that of "
+                "the study: body, type, axis and origin must be the same"
+            )
 
 
 def merged_models(models: Sequence[ComplianceModel]) -> ComplianceModel:

@@ -14,7 +14,11 @@ import numpy as np
 
 from elastocal.arrays import Array, frozen
 from elastocal.elastic.arm import ElasticArm
-from elastocal.elastic.compliance_model import ComplianceModel, rows_of
+from elastocal.elastic.compliance_model import (
+    ComplianceModel,
+    refuse_other_springs,
+    rows_of,
+)
 from elastocal.elastic.springs import merged, subset
 from elastocal.errors import Doubt, IdentifiabilityError, InputError
 from elastocal.fitting.goodness import lack_of_fit
@@ -121,6 +125,9 @@ def _problem(
     """All springs that bend, which of them are free, and the rows of the prior."""
     if not len(measurements):
         raise InputError(f"{measurements.source or 'the measurements'}: there are no readings")
+    for model in (prior, known):
+        if model is not None:
+            refuse_other_springs(model, arm.springs)
     springs, start = arm.springs, np.zeros(len(arm.springs))
     doubted: tuple[str, ...] = ()
     if known is not None:

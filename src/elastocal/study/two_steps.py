@@ -12,7 +12,7 @@ import numpy as np
 
 from elastocal.arrays import unset
 from elastocal.elastic.arm import ElasticArm
-from elastocal.elastic.compliance_model import ComplianceModel
+from elastocal.elastic.compliance_model import ComplianceModel, refuse_other_springs
 from elastocal.elastic.springs import VirtualJoints, subset
 from elastocal.errors import InputError
 from elastocal.study.known import Known
@@ -36,6 +36,7 @@ def with_known(study: Study, known: Known | None) -> Study:
         return study
     own = study.prior[np.ix_(study.wanted, study.wanted)]
     if known is not None:
+        refuse_other_springs(known.model, study.springs)
         known = replace(known, model=_part(known.model, _others(study, known)))
         _refuse_twice(study, known)
     bare = replace(study, known=known, prior=unset(), test_poses=())
