@@ -1,4 +1,4 @@
-"""The whole job on robots from files: plan, simulate, identify, validate, compensate.
+"""The whole job on robots from files: plan, evaluate, simulate, identify, validate, compensate.
 
 No line of code is written for any of them. Compliances are made up; what matters is that they come
 back, and that the path is straight again when it is judged by the true arm.
@@ -68,8 +68,10 @@ def test_the_whole_job(name: str, tmp_path: Path) -> None:
     run("check", study_path)
     plan = tmp_path / "plan.json"
     run("plan", study_path, "-o", plan, "--seed", 1)
-    certificate = json.loads(plan.read_text("utf-8"))["certificate"]
-    assert certificate["efficiency"] > 0.9
+    document = json.loads(plan.read_text("utf-8"))
+    assert document["certificate"]["efficiency"] > 0.95
+    assert document["study"]["robot_sha256"] == study.robot.sha256
+    assert "another" not in run("evaluate", study_path, plan)
     measured, model = tmp_path / "measured.csv", tmp_path / "model.json"
     run("simulate", study_path, plan, "--truth", truth, "-o", measured, "--seed", 2)
     run("identify", study_path, measured, "-o", model)

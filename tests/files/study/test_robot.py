@@ -110,23 +110,6 @@ def test_every_example_is_a_sound_study(path: Path) -> None:
     assert found.poses is None or found.poses.fits
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.parent.name)
-def test_every_example_is_planned_with_a_certificate(path: Path, tmp_path: Path) -> None:
-    """And the plan is read back, with its robot, from another folder."""
-    plan = tmp_path / "plan.json"
-    runner = CliRunner()
-    made = runner.invoke(app, ["plan", str(path), "-o", str(plan)])
-    assert made.exit_code == 0, made.output
-    document = json.loads(plan.read_text())
-    assert document["certificate"]["efficiency"] > 0.95
-    judged = runner.invoke(app, ["evaluate", str(path), str(plan)])
-    assert judged.exit_code == 0, judged.output
-    assert "another" not in judged.output
-    robot = read_study(path).robot
-    assert document["study"]["robot_sha256"] == robot.sha256
-
-
 def test_there_are_six_examples() -> None:
     assert len(EXAMPLES) >= 6
 
