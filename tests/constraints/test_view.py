@@ -310,3 +310,23 @@ def test_seen_says_what_is_broken() -> None:
     assert view.broken[0][0]
     blind = replace(cell, instrument=Isotropic(3e-5))
     assert visibility(blind.space, away) is None
+
+
+def test_a_marker_is_judged_by_its_own_conditions() -> None:
+    """Two reflectors at one place, M2 turned away: M1 is seen all the same."""
+    cell = study()
+    at, q = Posture(cell.robot, np.zeros((1, 6))), np.zeros((1, 6))
+    head = cell.instrument.position  # type: ignore[attr-defined]
+    towards = head - at.point(POINT)[:, 0]
+    tool = replace(
+        cell.experiments.tool, markers=np.array([POINT, POINT]), marker_names=("M1", "M2")
+    )
+    cones = tuple(
+        AcceptanceCone(f"acceptance of {name}", name, POINT, head, sign * towards, 0.5)
+        for name, sign in (("M1", 1.0), ("M2", -1.0))
+    )
+    space = replace(cell.space, arm=replace(cell.arm, tool=tool), constraints=cones)
+    view = visibility(space, q)
+    assert view is not None
+    np.testing.assert_array_equal(view.seen, [[True], [False]])
+    assert view.broken == (("",), ("acceptance of M2",))

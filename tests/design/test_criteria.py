@@ -285,3 +285,13 @@ def test_an_unknown_criterion_is_refused() -> None:
         InputError, match="no criterion 'T'; there are test-pose, worst, coordinate, A, D"
     ):
         criterion_of(replace(study_with_two_test_poses(), criterion="T"))
+
+
+@pytest.mark.parametrize("order", [0.0, -0.5, -1.0, -np.inf])
+def test_gradients_do_not_depend_on_the_scale(order: float) -> None:
+    """Of degree 1: 1e-30 times the information, the same gradient."""
+    root = np.random.default_rng(3).normal(size=(4, 4))
+    matrix = (root @ root.T)[None]
+    for scale in (1e-30, 1e30):
+        here, there = (MatrixMean(order).gradient(m) for m in (matrix, scale * matrix))
+        np.testing.assert_allclose(there, here, rtol=1e-9)

@@ -137,6 +137,8 @@ def test_what_holds_for_every_fit(how: Fit, known: bool, prior: bool) -> None:
         # should, because the noise is not the promised one.
         most = 1.0 if how == Fit(how.model, nonnegative=how.nonnegative) else 4.0
         assert 0.0 < covariance[0, 0] < most * 2.0**-24
+    share = found.relative_error * np.abs(found.compliance)
+    np.testing.assert_allclose(share, error, rtol=1e-9)
     if not (known or prior or held.any()):
         assert found.influence.leverage.sum() == pytest.approx(p, rel=1e-9)  # weights and all
     assert leave_one_out(found).predicted.all()

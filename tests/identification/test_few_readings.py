@@ -182,7 +182,7 @@ def test_a_common_prior_counts_as_readings() -> None:
     assert identify(arm(), data, LINEAR, prior=prior).dof == 6
 
 
-@pytest.mark.parametrize("times", [1e3, 1e6, 1e9, 1e15])
+@pytest.mark.parametrize("times", [1e3, 1e6, 1e9, 1e15, -1e6, -1e9])
 @pytest.mark.parametrize("loss", ["squares", "huber"])
 def test_readings_in_another_unit_do_not_come_to_rest(times: float, loss: str) -> None:
     """Millimetres or micrometres taken for metres: a sentence, for the linear model an answer."""
@@ -191,3 +191,10 @@ def test_readings_in_another_unit_do_not_come_to_rest(times: float, loss: str) -
     with pytest.raises(InputError, match="the fit to test does not come to rest"):
         identify(arm(), far_off, Fit(loss=loss))
     np.testing.assert_allclose(identify(arm(), far_off, LINEAR).compliance, times * TRUTH)
+
+
+def test_a_fit_needs_a_confidence_that_says_something() -> None:
+    for confidence in (0.4, 1.0, 1.5):
+        with pytest.raises(InputError, match=f"from 0.5 to below 1, found {confidence:g}"):
+            Fit(confidence=confidence)
+    assert Fit(confidence=0.5).confidence == 0.5

@@ -5,7 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
+from elastocal.elastic.compliance_model import merged_models
+from elastocal.errors import InputError
 from elastocal.identification.doubts import doubts
 from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
@@ -36,3 +39,8 @@ def test_a_held_compliance_is_not_the_least_certain_one() -> None:
     np.testing.assert_allclose(found.relative_error, [*expected, 0.0])
     assert 0.0 < expected.max() < 0.1
     assert NAMES[int(np.argmax(expected))] in _identified(found).meaning
+
+
+def test_no_models_are_not_merged() -> None:
+    with pytest.raises(InputError, match="no model to merge"):
+        merged_models([])

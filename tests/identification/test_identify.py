@@ -283,6 +283,9 @@ def test_robust_losses_survive_outliers() -> None:
         assert np.abs((found.compliance - TRUTH) / found.standard_error).max() < 4.0
         assert set(np.flatnonzero(found.weight < 0.2)) == {3, 20, 41}
         assert {"E4", "E21", "E42"} <= set(named(found, "counts-less"))
+        (doubt,) = [d for d in doubts(found) if d.code == "counts-less"]
+        assert doubt.numbers["readings"] == len(found.measurements)
+        assert doubt.numbers["unused"] == np.sum(found.weight < 0.01)
 
 
 def test_intervals_of_robust_fits_cover() -> None:

@@ -115,3 +115,13 @@ def test_amounts_are_whole_and_inside(seed: int, count: int, kinds: str) -> None
     np.testing.assert_allclose(np.abs(points - q), np.tile(amount, (count, 1)), atol=1e-12)
     assert (np.abs(points) <= 1.0 + 1e-9).all()
     assert not same or len(np.unique(np.sign(points - q), axis=0)) == 1
+
+
+def test_an_axis_that_does_not_move_is_not_approached() -> None:
+    q = np.array([[0.1, 0.2, 0.3]])
+    points, same = approaches(arm("RRP"), q, np.zeros(3), limits_of(3))
+    np.testing.assert_array_equal(points, q)
+    assert same
+    none, same = approaches(arm("RRP"), np.zeros((0, 3)), np.full(3, 0.01), limits_of(3))
+    assert none.shape == (0, 3)
+    assert same

@@ -15,7 +15,15 @@ from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InfeasibleError, InputError
 from elastocal.programs.approach import Approach
 from elastocal.programs.campaign_program import STANDARD_GRAVITY, campaign_program, load_text
-from elastocal.programs.robot_program import Ask, Measure, Move, RobotProgram, Settle, path_program
+from elastocal.programs.robot_program import (
+    Ask,
+    Measure,
+    Move,
+    RobotProgram,
+    Settle,
+    check_limits,
+    path_program,
+)
 from tests.programs.writers.campaigns import arm, study_for
 
 Q = np.array([[0.1, 0.2, 0.3], [-0.5, 0.6, -0.7]])
@@ -188,3 +196,15 @@ def test_a_path_is_its_targets_in_order() -> None:
 def test_paths_that_are_none(q: Any, words: str) -> None:
     with pytest.raises(InputError, match=words):
         path_program(arm("RRR"), q, name="x")
+
+
+@pytest.mark.parametrize("end", [-1.0, 1.0])
+def test_targets_at_a_limit_may_be_beyond_it_by_rounding(end: float) -> None:
+    robot = arm("RRR", limit=0.7)
+    for beyond, refused in ((1e-10, False), (1e-3, True)):
+        q = np.array([[0.0, end * (0.7 + beyond), 0.0]])
+        if refused:
+            with pytest.raises(InputError, match="'J2' is at"):
+                check_limits(robot, q, ["P1"])
+        else:
+            check_limits(robot, q, ["P1"])

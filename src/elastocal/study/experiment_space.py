@@ -178,8 +178,6 @@ class LoadCaseSpace:
 
     def _configuration_margins(self, x: Array) -> Array:
         n = len(self.arm.robot.joints)
-        if not self.constraints:
-            return np.zeros((len(x), 0))
         chunks = []
         for start in range(0, len(x), _CHUNK):
             posture = Posture(self.arm.robot, x[start : start + _CHUNK, :n])

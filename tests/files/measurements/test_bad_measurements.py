@@ -121,6 +121,9 @@ CASES: dict[str, tuple[bytes, list[str]]] = {
         (HEAD + FIRST * 1100 + FIRST).replace(",", ";").replace(".", ",")[::-1]
         .replace("1,3-", "1.3-", 1)[::-1].encode(),
         ["column 'dz [mm]'", "a decimal comma as in the rows before", "'-3.1'"]),
+    "another load in the rows of one experiment": (
+        edited("1,M2,10,-60,80,30,40,50,0,0,-2500", "1,M2,10,-60,80,30,40,50,0,0,-2537.5"),
+        ["line 3", "'Fz [N]'", "-2537.5 N here and -2500 N in line 2", "one load for each"]),
     "underscore": (edited("-2500", "-2_500"), ["column 'Fz [N]'", "found '-2_500'"]),
     "spoilt by a spreadsheet": (edited("0.1,0.2", "01. Jan,0.2"), ["found '01. Jan'"]),
     "no name": (edited("1,M1", ",M1"), ["line 2, column 'experiment'", "the cell is empty"]),

@@ -227,6 +227,9 @@ BAD: dict[str, tuple[str, str, list[str]]] = {
     "half a frame": ("words:", "frame: {}\nwords:", ["line 21", "rpy_deg or matrix"]),
     "no rotation": (
         "words:", "frame: {matrix: [[1, 0, 0], [0, 1, 0], [0, 0, 2]]}\nwords:", ["no rotation"]),
+    "no rotation but smaller": (
+        "words:", "frame: {matrix: [[0.9, 0, 0], [0, 0.9, 0], [0, 0, 0.9]]}\nwords:",
+        ["no rotation"]),
     "reflection": (
         "words:", "frame: {matrix: [[1, 0, 0], [0, 1, 0], [0, 0, -1]]}\nwords:", ["a reflection"]),
     "no encoding": ("columns:", "encoding: klingon\ncolumns:", ["no encoding 'klingon'"]),

@@ -1,0 +1,12 @@
+"""Names that controllers accept."""
+
+from __future__ import annotations
+
+from elastocal.programs.writers.names import identifier
+
+
+def test_reserved_words_get_the_first_number_that_is_free() -> None:
+    assert identifier("move", 24, ["MOVE"]) == "move_1"
+    assert identifier("move", 24, ["Move", "move_1"]) == "move_2"
+    assert identifier("abcdefgh", 8, ["ABCDEFGH"]) == "abcdef_1"
+    assert identifier("7 axes", 24) == "P_7_axes"
