@@ -93,6 +93,19 @@ def test_many_campaigns_compare_plans(plans: dict[int, Path], tmp_path: Path) ->
     assert json.loads(printed.stdout) == document
 
 
+def test_a_prior_that_campaigns_leave_out_is_said(plans: dict[int, Path], tmp_path: Path) -> None:
+    knowing = tmp_path / "study.yaml"
+    prior = "prior: {standard_error_rad_per_Nm: {A2: 1.0e-9}}\n"
+    knowing.write_text(STUDY.read_text("utf-8") + prior, encoding="utf-8")
+    for study, said in ((knowing, True), (STUDY, False)):
+        result = run(
+            "simulate", study, plans[3], "--truth", TRUTH, "--campaigns", 30,
+            "-o", tmp_path / "campaigns.json",
+        )  # fmt: skip
+        assert result.exit_code == 0, result.stderr
+        assert ("fitted without the prior of the study" in result.stderr) == said
+
+
 def test_a_fit_that_leaves_something_out_is_said(plans: dict[int, Path], tmp_path: Path) -> None:
     out = tmp_path / "campaigns.json"
     ask = ["simulate", STUDY, plans[3], "--truth", TRUTH, "--campaigns", 300, "-o", out]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast, get_args
 
@@ -106,6 +107,12 @@ def simulate_command(
     proposed = proposals(plans, study)
     study = knowing_as(study, proposed)
     named = {name: (p.load_cases, p.repeats) for name, p in proposed.items()}
+    if study.prior[np.ix_(study.wanted, study.wanted)].any():
+        print(
+            "note: virtual campaigns are fitted without the prior of the study; ρ0 here is that "
+            "of the experiments alone",
+            file=sys.stderr,
+        )
     from elastocal.terminal.console import progress  # rich takes its time: where it is needed
 
     with progress("campaigns") as tell:
