@@ -7,11 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.planning.along_paths import better_along
+from elastocal.planning.assessment import assess
 from elastocal.planning.certificate import lower_bound
-from elastocal.planning.plan import _away_from
+from elastocal.planning.evaluation import _false_covariance
+from elastocal.planning.plan import _away_from, _roomiest
 from elastocal.planning.sensitivity import sensitivity, worth
 from elastocal.robot.posture import Posture
 from elastocal.robot.sources import three_link
+from elastocal.study.test_path import test_path as make_path
+from tests.kr270 import kr270_study
 from tests.paper.problems import three_link_study
 
 
@@ -44,3 +50,39 @@ def test_a_singular_design_has_no_sensitivity() -> None:
     one = study.space.load_cases(np.array([[0.0, 0.0, 0.0, 0.0, 0.0, 1.0]]))
     assert sensitivity(study, one, np.ones(1), one) is None
     assert sensitivity(replace(study, criterion="O2"), one, np.ones(1), one) is None
+
+
+def test_the_load_case_with_the_most_room_is_kept() -> None:
+    """Least margins 5, 30 and 20 degrees; the first has more room than the others elsewhere."""
+    study = kr270_study()
+    q = np.radians([[0.0, -135, 80, 0, 0, 0], [0.0, -110, 80, 0, 90, 0], [0.0, -120, 80, 0, 60, 0]])
+    free = replace(study, constraints=())
+    order = _roomiest(free, LoadCases(q, np.zeros((3, 6))))
+    assert order.tolist() == [1, 2, 0]
+
+
+def test_a_covariance_of_what_is_not_identified_is_no_claim_that_holds() -> None:
+    study = three_link_study(1)
+    one = study.space.load_cases(np.array([[0.0, 0.0, 0.0, 0.0, 0.0, 1.0]]))
+    worth = assess(study, one, np.ones(1, dtype=int))
+    claimed = np.array([[4.0, 1.0, 0.0], [1.0, 9.0, 0.0], [0.0, 0.0, 16.0]])
+    (doubt,) = _false_covariance(study, worth, study.fitted.names, claimed)
+    assert (doubt.code, doubt.about) == ("claims-error", ("J1",))
+    assert doubt.numbers == {"claimed": 2.0, "found": np.inf}
+
+
+def test_only_paths_are_compared_point_by_point() -> None:
+    study = three_link_study(4)
+    cases = study.space.load_cases(study.space.sample(20, np.random.default_rng(0)))
+    along = make_path(study.arm, cases, 1.0, "way")
+    assert along.points == tuple(str(i) for i in range(1, 21))
+    both = replace(study, test_poses=(*study.test_poses, along))
+    plans = {
+        name: assess(
+            both, study.space.load_cases(study.space.sample(4, rng)), np.ones(4, dtype=int)
+        )
+        for name, rng in (("a", np.random.default_rng(1)), ("b", np.random.default_rng(2)))
+    }
+    shares = better_along(both, plans)
+    assert list(shares) == ["way"]
+    assert shares["way"]["a"]["b"] + shares["way"]["b"]["a"] == pytest.approx(1.0)

@@ -69,10 +69,7 @@ def restore(space: DesignSpace, x: Array, *, iterations: int = 30) -> Array:
     todo = np.arange(len(x))
     for _ in range(iterations):
         evaluation = space.evaluate(x[todo])
-        margins = evaluation.margins
-        if not margins.shape[1]:
-            return x
-        outside = (margins < 0.0).any(axis=1)
+        outside = (evaluation.margins < 0.0).any(axis=1)
         if not outside.any():
             return x
         step = _correction(space, x[todo], evaluation)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from elastocal.constraints.collision.mesh import hulls
+from elastocal.errors import InputError
 from elastocal.robot.shapes import Shape
 
 PLACES = {
@@ -36,3 +37,15 @@ def test_parts_apart_are_two_and_a_flat_one_gets_a_millimetre(tmp_path: Path) ->
     assert len(solids) == 2
     flat = min(solids, key=lambda corners: np.ptp(corners[:, 2]))
     np.testing.assert_allclose(np.ptp(flat, axis=0), [1.001, 1.001, 0.001])
+
+
+def test_a_triangle_of_a_vertex_that_is_not_there(tmp_path: Path) -> None:
+    path = tmp_path / "odd.ply"
+    path.write_text(
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+        "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+        "0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n",
+        encoding="utf-8",
+    )
+    with pytest.raises(InputError, match="names a vertex that is not there"):
+        hulls(Shape("mesh", np.ones(3), np.eye(4), 0, "part", path, path.name))

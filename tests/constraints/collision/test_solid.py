@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from elastocal.arrays import Array
+from elastocal.constraints.collision.chain import robot_solids
 from elastocal.constraints.collision.contacts import ignored
 from elastocal.constraints.collision.solid import capsule, solids_of
 from elastocal.robot.chain import transform
 from elastocal.robot.shapes import Shape
+from elastocal.robot.sources import kuka_kr270
 from tests.arms import random_rotation
 
 
@@ -50,3 +52,12 @@ def test_only_the_pair_that_is_named_is_left_out() -> None:
         assert not ignored(one, three, [rule])
         assert not ignored(three, two, [rule])
     assert not ignored(one, two, [])
+
+
+def test_a_ball_that_is_thicker_than_the_link_before_it_is_not_covered() -> None:
+    """A5 of the KR 270 lies at the end of A4, a ball; A1 is thick and far from both."""
+    robot = kuka_kr270()
+    for ball, covered in ((0.2, False), (0.04, True)):
+        radius = {"A1": 0.5, "A4": 0.05, "A5": ball}
+        found = {solid.name: solid for solid in robot_solids(robot, radius)}
+        assert found["A5"].covered == covered

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from elastocal.programs.writers.names import identifier
+from elastocal.programs.writers.wording import wrapped
 
 
 def test_reserved_words_get_the_first_number_that_is_free() -> None:
@@ -10,3 +11,9 @@ def test_reserved_words_get_the_first_number_that_is_free() -> None:
     assert identifier("move", 24, ["Move", "move_1"]) == "move_2"
     assert identifier("abcdefgh", 8, ["ABCDEFGH"]) == "abcdef_1"
     assert identifier("7 axes", 24) == "P_7_axes"
+
+
+def test_words_with_hyphens_are_not_broken() -> None:
+    text = "apply the load-point force of the calibration-tool"
+    assert wrapped(text, 24) == ["apply the load-point", "force of the", "calibration-tool"]
+    assert wrapped("", 24) == [""]
