@@ -19,6 +19,7 @@ from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
 from elastocal.identification.result import Identification
 from elastocal.identification.validation import leave_one_out, validate
+from elastocal.measuring.measurements import chosen
 from elastocal.robot.chain import Tool
 from elastocal.robot.sources import three_link
 from tests.campaigns import SIGMA, TRUTH, arm, hung, measured
@@ -198,3 +199,17 @@ def test_a_fit_needs_a_confidence_that_says_something() -> None:
         with pytest.raises(InputError, match=f"from 0.5 to below 1, found {confidence:g}"):
             Fit(confidence=confidence)
     assert Fit(confidence=0.5).confidence == 0.5
+
+
+@pytest.mark.parametrize("repeats", [1, 3])
+def test_leaving_a_configuration_out_is_refitting(repeats: int) -> None:
+    """All its repeats go together; with none it is the experiment, in the order of `distinct`."""
+    cases = hung(5, repeats=repeats)
+    data = measured(arm(), cases, rng=np.random.default_rng(6), noise=SIGMA, linear=True)
+    found = identify(arm(), data, LINEAR)
+    left = found.configuration_influence
+    assert left.leverage.shape == (5,)
+    assert left.leverage.sum() == pytest.approx(5.0)
+    for g in range(5):
+        rest = identify(arm(), chosen(data, cases.distinct != g), LINEAR)
+        np.testing.assert_allclose(left.shift[g], rest.compliance - found.compliance, rtol=1e-6)
