@@ -125,6 +125,8 @@ Code = Literal[
     "same-information",
     "claims-experiments",
     "claims-rho0",
+    "claims-rho0-at",
+    "claims-worst-point",
     "claims-unknown-error",
     "claims-error",
     "claims-covariance",

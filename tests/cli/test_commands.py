@@ -138,6 +138,11 @@ def boast(document: Any) -> None:
     document["rho0_mm"] *= 0.5
 
 
+def boast_at_a_pose(document: Any) -> None:
+    (name,) = document["rho0_each_mm"]
+    document["rho0_each_mm"][name] *= 0.9
+
+
 def boast_of_errors(document: Any) -> None:
     document["standard_error"]["J1"]["value"] *= 0.5
 
@@ -168,6 +173,7 @@ def keep_one(document: Any) -> None:
         (lift, 3, "breaks J2 <= 180° by 20°"),
         (push_harder, 3, "above the bound of 1000 N"),
         (boast, 2, "claims ρ0"),
+        (boast_at_a_pose, 2, "at 'test pose 1' it claims"),
         (boast_of_errors, 2, "claims a standard error"),
         (boast_of_the_bound, 2, "is confirmed"),
         (boast_by_g, 2, "rad/(N·m) for criterion G but has"),

@@ -89,6 +89,14 @@ def test_every_code_has_its_sentence() -> None:
             "it claims ρ0 = 1 mm but has 2 mm",
         ),
         (
+            Doubt("claims-rho0-at", ("a {pose}",), (), {"claimed": 1e-3, "found": 2e-3}),
+            "at 'a {pose}' it claims 1 mm but has 2 mm",
+        ),
+        (
+            Doubt("claims-worst-point", ("path",), (), {"claimed": 1e-3, "found": 2e-3}),
+            "at the worst point of 'path' it claims 1 mm but has 2 mm",
+        ),
+        (
             Doubt("claims-error", ("A{1}",), (), {"claimed": 1e-9, "found": 2e-9}),
             "it claims a standard error of 1e-09 for A{1} but has 2e-09",
         ),

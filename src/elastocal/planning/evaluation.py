@@ -114,6 +114,7 @@ def _false_claims(
         yield _claim("claims-experiments", claims["experiments"], m)
     if "rho0" in claims and _differ(claims["rho0"], worth.rho0, _AGREE):
         yield _claim("claims-rho0", claims["rho0"], worth.rho0)
+    yield from _false_at_test_poses(study, worth, claims)
     errors = dict(zip(study.springs.names, worth.standard_error.tolist(), strict=True))
     for name, claimed in claims.get("standard_error", {}).items():
         if name not in errors:
@@ -129,6 +130,21 @@ def _false_claims(
     promised = claims.get("efficiency", 0.0)
     if proof.kind != "none" and promised > proof.efficiency * (1.0 + 2.0 * _BOUNDS_AGREE):
         yield _claim("claims-efficiency", promised, proof.efficiency)
+
+
+def _false_at_test_poses(
+    study: Study, worth: Assessment, claims: dict[str, Any]
+) -> Iterator[Doubt]:
+    """Errors at the test poses that the study has, and at the worst points of its paths."""
+    each, worst = claims.get("rho0_each", {}), claims.get("worst_point", {})
+    for pose, rho0, point in zip(
+        study.test_poses, worth.rho0_each, worth.worst_points, strict=True
+    ):
+        if pose.name in each and _differ(each[pose.name], rho0, _AGREE):
+            yield _claim("claims-rho0-at", each[pose.name], rho0, pose.name)
+        largest = None if point is None else point.rho0
+        if largest is not None and _differ(worst.get(pose.name, largest), largest, _AGREE):
+            yield _claim("claims-worst-point", worst[pose.name], largest, pose.name)
 
 
 def _false_covariance(

@@ -60,6 +60,7 @@ def freedom(free: Sequence[str], turns_with_load: str, load_range: float) -> lis
     return said
 
 
+_CLAIMS = "it claims {claimed:.6g} mm but has {found:.6g} mm"
 _ONE_SIDE = 1e-6  # spread of loads from one side: rounding [rad]
 
 SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
@@ -91,6 +92,10 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     ),
     "claims-rho0": lambda doubt: _lengths(
         doubt, "it claims ρ0 = {claimed:.6g} mm but has {found:.6g} mm"
+    ),
+    "claims-rho0-at": lambda doubt: f"at {doubt.about[0]!r} {_lengths(doubt, _CLAIMS)}",
+    "claims-worst-point": lambda doubt: (
+        f"at the worst point of {doubt.about[0]!r} {_lengths(doubt, _CLAIMS)}"
     ),
     "claims-unknown-error": lambda doubt: _claim(
         doubt, "it claims a standard error for {}, which the study does not identify"

@@ -242,6 +242,12 @@ def test_plans_are_judged_along_another_path(planned: tuple[Path, ec.Plan], tmp_
     assert found["a.json"]["paths"]["path.csv"]["better_than"] == {"b.json": share}
     assert share > 0.0
     assert found["a.json"]["paths"].keys() == {"cut", "path.csv"}
+    boast = plan_document(plan)
+    boast["paths"]["cut"]["worst_mm"] *= 0.9
+    (tmp_path / "boast.json").write_text(json.dumps(boast))
+    refused = run("evaluate", folder / "study.yaml", tmp_path / "boast.json", "--random", "0")
+    assert refused.exit_code == 2
+    assert "at the worst point of 'cut' it claims" in refused.stderr
 
 
 def test_options_of_a_path_need_one(planned: tuple[Path, ec.Plan]) -> None:

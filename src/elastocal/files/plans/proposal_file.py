@@ -142,6 +142,16 @@ def _read_json(text: str, path: Path, robot: Robot) -> Proposal:
         for name, entry in _section(document, "standard_error").items()
         if isinstance(entry, dict)
     }
+    claims["rho0_each"] = {
+        str(name): finite_at(value, f"{path}: rho0_each_mm of {name}") / 1e3
+        for name, value in _section(document, "rho0_each_mm").items()
+        if value is not None  # null: infinite
+    }
+    claims["worst_point"] = {
+        str(name): finite_at(entry.get("worst_mm"), f"{path}: worst_mm of {name}") / 1e3
+        for name, entry in _section(document, "paths").items()
+        if isinstance(entry, dict) and entry.get("worst_mm") is not None
+    }
     if "covariance" in document:
         claims["covariance"] = claimed_covariance(document["covariance"], f"{path}: covariance")
     claims["criteria"] = _claimed_criteria(_section(document, "criteria"), path)
