@@ -6,7 +6,7 @@ In: subject, and what `frames`, `readout` and `surroundings` say of a configurat
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -48,6 +48,9 @@ LAYERS = {
 """What can be switched on and off: what it is called, and whether it is on at first."""
 
 _ARROW = 0.22  # longest arrow over the size of the robot
+
+_CORNERS: tuple[Literal["top-left", "bottom-left"], ...] = ("top-left", "bottom-left")
+"""Corners by which names are pinned, in turn, so that two at one place can be read."""
 
 
 class Scene:
@@ -185,7 +188,9 @@ class Scene:
                 figure = ghost(self._subject, stop)
                 add_solid(self._scene, f"/tests/{i}", figure, colour("contrast"), 0.7)
                 at = skeletons(robot, stop.tool, stop.q[None])[0].tcp
-                self._scene.add_label(f"/tests/{i}/name", stop.label, position=at)
+                corner = _CORNERS[i % len(_CORNERS)]  # a path may start at a test pose
+                name = f"/tests/{i}/name"
+                self._scene.add_label(name, stop.label, position=at, anchor=corner)
         for i, line in enumerate(traces(self._subject)):
             ends = np.stack([line[:-1], line[1:]], axis=1)
             thick = 0.004 * self.size
