@@ -185,6 +185,15 @@ def test_named_files_exist(path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=name_of)
+def test_files_named_by_their_room_exist(path: Path) -> None:
+    """`room/file.py` is a file of the package."""
+    rooms = "|".join(p.name for p in (ROOT / "src" / "elastocal").iterdir() if p.is_dir())
+    for span in spans(path):
+        for name in re.findall(rf"^(?:{rooms})/[\w/]+\.py$", span):
+            assert (ROOT / "src" / "elastocal" / name).exists(), f"{name} does not exist"
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=name_of)
 def test_commands_exist_with_their_options(path: Path) -> None:
     for code in quoted(path):
         line = code.split("#")[0]
