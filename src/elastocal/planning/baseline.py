@@ -28,9 +28,8 @@ def in_test_poses(study: Study, count: int) -> tuple[LoadCases, IntArray]:
 
     Source: paper section 5, "calibration in the test configuration".
     """
-    places = [place for place in study.test_poses if place.weight > 0.0]
     cases = []
-    for place in places:
+    for place in study.planned_for:
         if place.cases is None:
             raise InputError(
                 f"test pose {place.name!r} is given as a matrix: it has no configuration to "

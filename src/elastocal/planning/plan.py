@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -78,7 +78,7 @@ class Plan:
         """Number of experiments m."""
         return int(self.repeats.sum())
 
-    @property
+    @cached_property
     def doubts(self) -> tuple[Doubt, ...]:
         """What ρ0 leaves out: joints taken as rigid that the task bends."""
         return tuple(d for d in left_rigid(self.study) if d.code == "rigid-at-test-pose")

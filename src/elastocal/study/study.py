@@ -203,7 +203,7 @@ class Study:
         f = len(self.fitted)
         prior = self.prior if self.prior.size else np.zeros((f, f))
         freeze(self, prior=prior, gravity=np.reshape(self.gravity, 3))
-        _check_weights([pose.weight for pose in self.test_poses])
+        check_weights([pose.weight for pose in self.test_poses])
 
     @property
     def shares(self) -> Array:
@@ -328,18 +328,19 @@ def springs_of(robot: Robot, names: list[str] | None) -> VirtualJoints:
     return joint_springs(robot, names)
 
 
-NOTHING_TO_PLAN_FOR = (
-    "every test pose has weight 0, so there is nothing to plan for; give at least one of them a "
-    "weight above 0"
-)
+def check_weights(weights: list[float]) -> None:
+    """Refuse weights of test poses that leave nothing to plan for.
 
-
-def _check_weights(weights: list[float]) -> None:
-    """Refuse weights of test poses that leave nothing to plan for."""
+    Raises:
+        InputError: one is negative or not finite, or all are zero.
+    """
     if not all(0.0 <= weight < np.inf for weight in weights):
         raise InputError(f"weights of test poses must be 0 or more and finite, found {weights}")
     if weights and not any(weights):
-        raise InputError(NOTHING_TO_PLAN_FOR)
+        raise InputError(
+            "every test pose has weight 0, so there is nothing to plan for; give at least one "
+            "of them a weight above 0"
+        )
 
 
 def _finite_limits(robot: Robot, limits: Array) -> Array:

@@ -39,7 +39,7 @@ from elastocal.robot.chain import Robot
 from elastocal.robot.pose_check import refuse_too_few
 from elastocal.study.criteria import CRITERIA
 from elastocal.study.known import Known
-from elastocal.study.study import NOTHING_TO_PLAN_FOR, Study, TestPose, springs_of
+from elastocal.study.study import Study, TestPose, check_weights, springs_of
 from elastocal.study.test_path import TestPath
 from elastocal.study.two_steps import with_known
 
@@ -215,8 +215,7 @@ def _check_names(poses: list[TestPose | TestPath]) -> None:
         for i, name in enumerate(names):
             if name in names[:i]:
                 raise LocatedError((i,), f"two test poses are called {name!r}")
-        if not any(pose.weight for pose in poses):
-            raise InputError(NOTHING_TO_PLAN_FOR)
+        check_weights([pose.weight for pose in poses])
 
 
 def _check_limits(robot: Robot, poses: list[TestPose | TestPath]) -> None:
