@@ -17,6 +17,16 @@ from elastocal.robot.sources import kuka_kr270
 NAMES = ("A2", "A3", "A4", "A5", "A6")
 TRUTH = np.array([0.302, 0.406, 3.002, 3.303, 2.365]) * 1e-6
 SIGMA = 3e-5
+FIRST_STEP = """\
+elastocal: 1
+robot: three-link
+identify: [J2, J3]
+test_poses:
+  - {name: task, tool: tip, q_deg: [0, 60, -45], force_N: [0, 290, -960]}
+experiments: {tool: tip, force_N: [0, 0, -1000], count: 4}
+instrument: {sigma_mm: 0.1}
+"""
+"""A study of the three-link arm that leaves J1 to a second campaign."""
 MARKERS = Tool(
     "cross",
     np.array([0.6115, 0.0, -0.46]),
@@ -38,6 +48,15 @@ def hung(count: int, seed: int = 0, force: float = 2500.0, repeats: int = 1) -> 
     q = np.repeat(rng.uniform(robot.lower, robot.upper, (count, 6)), repeats, axis=0)
     wrench = np.tile([0.0, 0.0, -force, 0.0, 0.0, 0.0], (len(q), 1))
     return LoadCases(q, wrench)
+
+
+def sideways(count: int, seed: int = 0) -> LoadCases:
+    """Forces in all directions, which A1 feels as well."""
+    rng = np.random.default_rng(seed + 100)
+    cases = hung(count, seed)
+    force = rng.normal(size=(count, 3))
+    force *= 2000.0 / np.linalg.norm(force, axis=1)[:, None]
+    return LoadCases(cases.q, np.hstack([force, np.zeros((count, 3))]))
 
 
 def measured(

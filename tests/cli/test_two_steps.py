@@ -8,18 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from tests.campaigns import FIRST_STEP
 from tests.cli.test_commands import run
 
-FIRST = """\
-elastocal: 1
-robot: three-link
-identify: [J2, J3]
-test_poses:
-  - {name: task, tool: tip, q_deg: [0, 60, -45], force_N: [0, 290, -960]}
-experiments: {tool: tip, force_N: [0, 0, -1000], count: 4}
-instrument: {sigma_mm: 0.1}
-"""
-SECOND = FIRST.replace("[J2, J3]", "[J1]").replace("0, 0, -1000", "300, 900, -300")
+SECOND = FIRST_STEP.replace("[J2, J3]", "[J1]").replace("0, 0, -1000", "300, 900, -300")
 TRUTH = "compliance: {J1: {value: 2.0e-6, unit: rad/(N.m)}, J2: {value: 3.0e-6, unit: rad/(N.m)}, "
 TRUTH += "J3: {value: 5.0e-6, unit: rad/(N.m)}}\n"
 
@@ -34,7 +26,7 @@ def done(*arguments: str | Path) -> str:
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Both campaigns, done."""
     path = tmp_path_factory.mktemp("steps")
-    for name, text in (("one.yaml", FIRST), ("two.yaml", SECOND), ("truth.yaml", TRUTH)):
+    for name, text in (("one.yaml", FIRST_STEP), ("two.yaml", SECOND), ("truth.yaml", TRUTH)):
         (path / name).write_text(text, encoding="utf-8")
     done("plan", path / "one.yaml", "-o", path / "one.json")
     truth = ("--truth", path / "truth.yaml")
@@ -142,7 +134,7 @@ def test_a_plan_cannot_be_fitted_with(folder: Path, tmp_path: Path) -> None:
 
 def test_a_joint_that_nothing_moves_is_shown_the_way_out(tmp_path: Path) -> None:
     study = tmp_path / "study.yaml"
-    study.write_text(FIRST.replace("[J2, J3]", "[J1, J2, J3]"), encoding="utf-8")
+    study.write_text(FIRST_STEP.replace("[J2, J3]", "[J1, J2, J3]"), encoding="utf-8")
     result = run("plan", study, "-o", tmp_path / "plan.json")
     assert result.exit_code == 4
     assert "J1: no allowed experiment deflects a marker through this joint" in result.output
@@ -198,7 +190,7 @@ def test_nothing_is_written_over_what_a_study_names(folder: Path, tmp_path: Path
     """A run sheet beside m.json is m.csv: it may be a path, or readings, that exist once."""
     path = "J1 [deg],J2 [deg],J3 [deg],Fx [N],Fy [N],Fz [N]\n0,60,-45,0,290,-960\n"
     study = tmp_path / "study.yaml"
-    text = FIRST.replace("q_deg: [0, 60, -45], force_N: [0, 290, -960]", "path: m.csv")
+    text = FIRST_STEP.replace("q_deg: [0, 60, -45], force_N: [0, 290, -960]", "path: m.csv")
     study.write_text(text + "prior: {plan: first.json}\n", encoding="utf-8")
     (tmp_path / "m.csv").write_text(path, encoding="utf-8")
     plan, truth = tmp_path / "first.json", folder / "truth.yaml"

@@ -22,18 +22,9 @@ from elastocal.identification.leave_one_out import left_out_covariance
 from elastocal.identification.result import Identification
 from elastocal.identification.validation import leave_one_out, validate
 from elastocal.measuring.measurements import Measurements, chosen
-from tests.campaigns import MARKERS, NAMES, SIGMA, TRUTH, arm, hung, measured
+from tests.campaigns import MARKERS, NAMES, SIGMA, TRUTH, arm, hung, measured, sideways
 
 LINEAR = Fit(model="linear")
-
-
-def sideways(count: int, seed: int = 0) -> LoadCases:
-    """Forces in all directions, which A1 feels as well."""
-    rng = np.random.default_rng(seed + 100)
-    cases = hung(count, seed)
-    force = rng.normal(size=(count, 3))
-    force *= 2000.0 / np.linalg.norm(force, axis=1)[:, None]
-    return LoadCases(cases.q, np.hstack([force, np.zeros((count, 3))]))
 
 
 def test_linear_data_give_the_compliances_back() -> None:

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from elastocal.elastic.compliance_model import ComplianceModel
-from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import regressor
 from elastocal.elastic.springs import subset
 from elastocal.errors import InputError
@@ -17,20 +16,11 @@ from elastocal.identification.identify import identify
 from elastocal.identification.result import Identification
 from elastocal.identification.validation import leave_one_out, validate
 from elastocal.measuring.measurements import Measurements, chosen
-from tests.campaigns import NAMES, SIGMA, TRUTH, arm, hung, measured
+from tests.campaigns import NAMES, SIGMA, TRUTH, arm, hung, measured, sideways
 
 LINEAR = Fit(model="linear")
 EVERY = ("A1", *NAMES)
 WHOLE = np.append(0.6e-6, TRUTH)
-
-
-def sideways(count: int, seed: int = 0) -> LoadCases:
-    """Forces in all directions, which A1 feels as well."""
-    rng = np.random.default_rng(seed + 100)
-    cases = hung(count, seed)
-    force = rng.normal(size=(count, 3))
-    force *= 2000.0 / np.linalg.norm(force, axis=1)[:, None]
-    return LoadCases(cases.q, np.hstack([force, np.zeros((count, 3))]))
 
 
 def steps(seed: int = 5, count: int = 4) -> tuple[Identification, Measurements]:

@@ -17,18 +17,10 @@ from elastocal.files.study.study_file import parse_study
 from elastocal.planning.certificate import lower_bound
 from elastocal.planning.evaluation import evaluate
 from elastocal.study.two_steps import with_known
+from tests.campaigns import FIRST_STEP
 
 LIGHT = ec.Effort(batch=8, generations=1, patience=1, islands=1)
-FIRST = """\
-elastocal: 1
-robot: three-link
-identify: [J2, J3]
-test_poses:
-  - {name: task, tool: tip, q_deg: [0, 60, -45], force_N: [0, 290, -960]}
-experiments: {tool: tip, force_N: [0, 0, -1000], count: 4}
-instrument: {sigma_mm: 0.1}
-"""
-SECOND = FIRST.replace("[J2, J3]", "[J1]").replace("0, 0, -1000", "0, 1000, 0")
+SECOND = FIRST_STEP.replace("[J2, J3]", "[J1]").replace("0, 0, -1000", "0, 1000, 0")
 KNOWN = SECOND + "known: KNOWN\n"
 
 
@@ -36,7 +28,7 @@ KNOWN = SECOND + "known: KNOWN\n"
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Plan and model of a first step, plan of the second."""
     path = tmp_path_factory.mktemp("steps")
-    (path / "first.yaml").write_text(FIRST, "utf-8")
+    (path / "first.yaml").write_text(FIRST_STEP, "utf-8")
     (path / "second.yaml").write_text(KNOWN.replace("KNOWN", "model.json"), "utf-8")
     study = ec.read_study(path / "first.yaml")
     plan = ec.plan(study, effort=LIGHT)
