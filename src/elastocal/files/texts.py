@@ -7,7 +7,6 @@ import json
 import math
 import os
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -46,33 +45,73 @@ def file_hash(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def json_document(
-    text: str,
-    path: Path,
-    error: type[InputError],
-    hook: Callable[[list[tuple[str, Any]]], Any] | None = None,
-) -> Any:
+def text_hash(text: str) -> str:
+    """SHA-256 of a text in UTF-8, as of the file it came from."""
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def json_document(text: str, path: Path, error: type[InputError]) -> Any:
     """The document in a JSON text.
 
     Args:
         text: The text.
         path: Its file, for messages.
         error: What to raise.
-        hook: What makes a section of its keys and values, a dict if not given; a ValueError of it
-            is said.
 
     Raises:
-        InputError: of the type `error`: not JSON, or nested without measure.
+        InputError: of the type `error`: not JSON, nested without measure, a key twice in one
+            section, a number that is none or beyond all measure, or text that no file can hold.
     """
     try:
-        return json.loads(text, object_pairs_hook=hook)
+        document = json.loads(
+            text,
+            object_pairs_hook=_each_once,
+            parse_constant=_no_number,
+            parse_float=_decimal,
+            parse_int=_whole,
+        )
+        if "\\ud" in text.lower():  # half of a pair of escapes is no sign
+            json.dumps(document, ensure_ascii=False).encode()
     except json.JSONDecodeError as wrong:
         place = f"line {wrong.lineno}, column {wrong.colno}"
         raise error(f"{path}, {place}: not valid JSON: {wrong.msg}") from None
     except RecursionError:
         raise error(f"{path}: nested too deeply") from None
+    except UnicodeEncodeError as wrong:
+        sign = ascii(wrong.object[wrong.start])
+        raise error(f"{path}: not valid JSON: {sign} is half of a sign") from None
     except ValueError as wrong:
         raise error(f"{path}: not valid JSON: {wrong}") from None
+    return document
+
+
+def _each_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    section: dict[str, Any] = {}
+    for key, value in pairs:
+        if key in section:
+            raise ValueError(f"key {key!r:.80} appears twice in one section")
+        section[key] = value
+    return section
+
+
+def _no_number(word: str) -> Any:
+    raise ValueError(f"expected a finite number, found {word}")
+
+
+def _decimal(digits: str) -> float:
+    return float(digits) if math.isfinite(float(digits)) else _no_number(f"{digits:.40}")
+
+
+def _whole(digits: str) -> int:
+    return int(digits) if len(digits) <= _MOST_DIGITS else _no_number(f"{digits:.40}…")
+
+
+_MOST_DIGITS = 40  # of a whole number; what is called large in files ends at 1e30
+
+
+def is_version(value: Any, version: int = 1) -> bool:
+    """Whether what a file says of its format is this version: a whole number, not 1.0 or true."""
+    return type(value) is int and value == version
 
 
 def finite(value: Any) -> Any:

@@ -152,7 +152,7 @@ def test_what_cannot_be_known_is_refused(folder: Path, known: str, message: str)
     table = f"robot: {{convention: modified, dh: [{rows}]}}"
     text = text.replace("robot: three-link", table).replace("tool: tip", "tool: tip")
     tip = "tools: {tip: {tcp_mm: [100, 20, 30]}}\n"
-    document["study"]["text"] = text.replace("test_poses:", tip + "test_poses:")
+    document["study"] = {"text": text.replace("test_poses:", tip + "test_poses:")}
     (folder / "other.json").write_text(json.dumps(document), "utf-8")
     with pytest.raises(StudyError, match=message):
         second(folder, known)

@@ -18,7 +18,7 @@ from elastocal.files.measurements.columns import WORDS, Meaning, meaning_named
 from elastocal.files.problems import first_problem
 from elastocal.files.tables.layout import Style
 from elastocal.files.tables.units import factor, split_header, unit_hint
-from elastocal.files.texts import read_text
+from elastocal.files.texts import is_version, read_text
 from elastocal.files.values import Count, DegreeVector, Either, Flag, Name, Number, Section, Vector
 from elastocal.files.yaml_lines import Located, Path_, parse
 from elastocal.robot.chain import Robot
@@ -192,7 +192,7 @@ def _validated(document: Located) -> MappingFile:
         raise MeasurementFileError(
             f"{document.where(())}: expected keys such as 'columns:', found {type(value).__name__}"
         )
-    if value.get("elastocal") != 1:
+    if not is_version(value.get("elastocal")):
         raise MeasurementFileError(
             f"{document.where(('elastocal',))}: a mapping file begins with 'elastocal: 1', the "
             f"version of its format; found {value.get('elastocal')!r}"

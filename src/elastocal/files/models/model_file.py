@@ -20,7 +20,7 @@ from elastocal.errors import InputError, ModelFileError, StudyError
 from elastocal.files.compliance_units import factor_to_si
 from elastocal.files.problems import first_problem
 from elastocal.files.study.springs import SpringFile, extra_springs, in_chain_order
-from elastocal.files.texts import json_document, read_text
+from elastocal.files.texts import is_version, json_document, read_text
 from elastocal.files.values import Finite, Matrix, Name, Positive, Section
 from elastocal.files.yaml_lines import Located, LocatedError, at, parse
 from elastocal.robot.chain import Robot
@@ -122,7 +122,7 @@ def model_sections(path: str | Path) -> dict[str, Any]:
 def _parse(text: str, path: Path) -> dict[str, Any]:
     """The document, JSON or YAML, with the keys of a model file."""
     if text.lstrip().startswith("{"):
-        document = json_document(text, path, ModelFileError, _without_repeats)
+        document = json_document(text, path, ModelFileError)
     else:
         try:
             document = parse(text, path).value
@@ -133,20 +133,11 @@ def _parse(text: str, path: Path) -> dict[str, Any]:
     if document.get("kind", "model") != "model":
         raise ModelFileError(f"{path}: this is a {document['kind']!s:.40} file, expected a model")
     version = document.get("elastocal", 1)
-    if version != 1:
+    if not is_version(version):
         raise ModelFileError(
             f"{path}: format version {version!r} is not known; this program reads 1"
         )
     return document
-
-
-def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    result: dict[str, Any] = {}
-    for key, value in pairs:
-        if key in result:
-            raise ValueError(f"key {key!r} appears twice in one section")
-        result[key] = value
-    return result
 
 
 def _located(document: dict[str, Any], text: str, path: Path) -> Located:

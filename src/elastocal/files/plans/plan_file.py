@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import hashlib
 import io
 import json
 from pathlib import Path
@@ -21,7 +20,7 @@ from elastocal.files.plans.path_entries import path_entries
 from elastocal.files.plans.proposal_file import bound_key, read_proposal, study_for
 from elastocal.files.plans.via_points import VIA, via_document
 from elastocal.files.study.embedded_study import embedded_study
-from elastocal.files.texts import finite, write_text
+from elastocal.files.texts import finite, text_hash, write_text
 from elastocal.planning.assessment import Assessment, assess
 from elastocal.planning.certificate import (
     Certificate,
@@ -40,7 +39,7 @@ from elastocal.wording import worded
 
 def study_hash(study: Study) -> str:
     """SHA-256 of the study file's text."""
-    return hashlib.sha256(study.text.encode()).hexdigest()
+    return text_hash(study.text)
 
 
 def write_plan(plan: Plan, path: str | Path) -> None:

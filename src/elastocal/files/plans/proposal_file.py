@@ -17,7 +17,7 @@ from elastocal.files.plans.known_section import read_known
 from elastocal.files.plans.load_case_entries import columns, finite_at, read_load_cases
 from elastocal.files.plans.via_points import VIA, read_via, split_via
 from elastocal.files.tables.csv_table import PLAIN, read_table
-from elastocal.files.texts import json_document, read_text
+from elastocal.files.texts import is_version, json_document, read_text, text_hash
 from elastocal.planning.remaining import knowing
 from elastocal.robot.chain import Robot
 from elastocal.study.criteria import CRITERIA, RENAMED, RHO0
@@ -94,20 +94,33 @@ def study_for(proposal: Proposal, study: Study) -> Study:
 
 
 def document_of(text: str, path: Path) -> Any:
-    """The content of a plan.json.
+    """The content of a plan.json, with the study it was written with.
 
     Raises:
-        PlanFileError: not JSON, not a plan, or of another version.
+        PlanFileError: not JSON, not a plan, of another version, or with a text of the study that
+            is not the one whose hash stands beside it.
     """
     document = json_document(text, path, PlanFileError)
     if not isinstance(document, dict) or document.get("kind") != "plan":
         raise PlanFileError(f'{path}: not a plan file; expected JSON with "kind": "plan"')
-    if document.get("elastocal") != 1:
+    if not is_version(document.get("elastocal")):
         raise PlanFileError(
             f"{path}: format version {document.get('elastocal')!r} is not known; "
             "this program reads 1"
         )
+    _refuse_edited(_section(document, "study"), path)
     return document
+
+
+def _refuse_edited(origin: dict[str, Any], path: Path) -> None:
+    """Refuse a text of the study that was changed inside the plan."""
+    text, digest = origin.get("text"), origin.get("sha256")
+    if isinstance(text, str) and text and digest is not None and text_hash(text) != digest:
+        raise PlanFileError(
+            f"{path}: the text of the study in it is not the one its sha256 stands for, so it was "
+            "changed after planning; plan again from the study that is meant, or export the run "
+            "sheet (CSV) with --study"
+        )
 
 
 def bound_key(criterion: str) -> str:

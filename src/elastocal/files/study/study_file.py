@@ -32,7 +32,7 @@ from elastocal.files.study.springs import SpringFile, extra_springs
 from elastocal.files.study.test_poses import Surroundings, TestPoseFile, test_pose_of
 from elastocal.files.study.tools import ToolFile, tool_of
 from elastocal.files.study.view import view_of
-from elastocal.files.texts import read_text
+from elastocal.files.texts import is_version, read_text
 from elastocal.files.values import Name, Section, Vector
 from elastocal.files.yaml_lines import Located, LocatedError, at, parse
 from elastocal.robot.chain import Robot
@@ -101,7 +101,7 @@ def _validated(document: Located) -> StudyFile:
             f"{document.file}: key 'elastocal' is missing; a study file begins with "
             "'elastocal: 1', the version of its format"
         )
-    if value["elastocal"] != 1:
+    if not is_version(value["elastocal"]):
         raise LocatedError(
             ("elastocal",),
             f"format version {value['elastocal']!r} is not known; this program reads 1",
