@@ -12,6 +12,7 @@ from pydantic import ValidationError
 from elastocal.files.tables.units import UNITS
 from elastocal.files.values import Section
 from elastocal.files.yaml_lines import Located, Path_
+from elastocal.names import shown
 
 _WORDS = [*(unit for units in UNITS.values() for unit in units if unit.isascii()), "inch", "Nm2"]
 _UNIT = rf"_({'|'.join(map(re.escape, [*_WORDS, 'min', 's', 'h']))})(_s)?$"
@@ -66,7 +67,7 @@ def _described(
 
 def _spelled(path: Path_) -> str:
     """'test_poses.q_deg, entry 2' for a path; entries of lists counted from 1, the last only."""
-    words = ".".join(" ".join(part.split()) for part in path if isinstance(part, str))
+    words = ".".join(shown(part) for part in path if isinstance(part, str))
     last = path[-1] if path else ""
     return f"{words}, entry {last + 1}" if isinstance(last, int) else words
 

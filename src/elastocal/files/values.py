@@ -12,6 +12,9 @@ from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Discriminator, Tag
 
+from elastocal.names import LONGEST, flaw
+
+_LONGEST_PATH = 4096  # as long as paths may be
 _EXTREME = "expected a number of ordinary size, found one beyond 1e30 or 1e-30"
 
 
@@ -85,11 +88,13 @@ def _pair(value: Any) -> list[str]:
     return [_text(entry) for entry in value]
 
 
-def _text(value: Any) -> str:
+def _text(value: Any, longest: int = LONGEST) -> str:
     if isinstance(value, bool) or not isinstance(value, (str, int)):
         raise ValueError(f"expected a name, found {value!r}")
     if not str(value).strip():
         raise ValueError("expected a name, found none")
+    if wrong := flaw(str(value), longest):
+        raise ValueError(wrong)
     return str(value)
 
 
@@ -128,6 +133,9 @@ Count = Annotated[int, BeforeValidator(_count)]
 Vector = Annotated[list[float], _numbers(3, "three numbers [x, y, z]")]
 Range = Annotated[list[float], _numbers(2, "two numbers [lower, upper]")]
 Name = Annotated[str, BeforeValidator(_text)]
+"""One line of visible signs, not too long."""
+FileName = Annotated[str, BeforeValidator(lambda value: _text(value, _LONGEST_PATH))]
+"""A name with folders."""
 Flag = Annotated[bool, BeforeValidator(_flag)]
 NamePair = Annotated[list[str], BeforeValidator(_pair)]
 Axis = Literal["x", "y", "z"] | Vector

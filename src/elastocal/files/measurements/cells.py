@@ -17,6 +17,7 @@ from elastocal.files.measurements.columns import Column
 from elastocal.files.measurements.fast import plain_columns
 from elastocal.files.tables.layout import Layout
 from elastocal.files.tables.numbers import LARGEST, numbers_of, plain
+from elastocal.names import flaw
 
 CHUNK = 20_000  # rows; bounds the memory for cells as text
 NOT_USED = {"valid": ("0", "false", "no"), "delete": ("1", "true", "yes")}
@@ -66,7 +67,15 @@ def read_cells(table: Layout, columns: dict[str, Column], decimal: str | None = 
     decimal = decimal or _decimal(table, columns)
     quick = plain_columns(table, columns, decimal)
     found = None if quick is None else _of_plain(table, columns, *quick)
-    return found if found is not None else _cell_by_cell(table, columns, decimal)
+    found = found if found is not None else _cell_by_cell(table, columns, decimal)
+    for key, words in found.words.items():
+        for code, name in enumerate(words.names):
+            if wrong := flaw(name):
+                line = found.lines[np.flatnonzero(words.codes == code)[0]]
+                raise MeasurementFileError(
+                    f"{found.path}, line {line}, column {found.headers[key]!r}: {wrong}"
+                )
+    return found
 
 
 def _of_plain(

@@ -77,13 +77,13 @@ class ModelFile(Section):
     robot: Any = None
     source: Any = None
     provenance: Any = None
-    compliance: dict[str, Annotated[ComplianceFile, BeforeValidator(_entry)]] = Field(
+    compliance: dict[Name, Annotated[ComplianceFile, BeforeValidator(_entry)]] = Field(
         default_factory=dict
     )
-    stiffness: dict[str, Annotated[StiffnessFile, BeforeValidator(_entry)]] = Field(
+    stiffness: dict[Name, Annotated[StiffnessFile, BeforeValidator(_entry)]] = Field(
         default_factory=dict
     )
-    springs: dict[str, SpringFile] = Field(default_factory=dict)
+    springs: dict[Name, SpringFile] = Field(default_factory=dict)
     covariance: CovarianceFile | None = None
     dof: Annotated[Finite | None, AfterValidator(_above_zero)] = None
     identification: Any = None

@@ -18,12 +18,15 @@ from elastocal.files.plans.load_case_entries import columns, finite_at, read_loa
 from elastocal.files.plans.via_points import VIA, read_via, split_via
 from elastocal.files.tables.csv_table import PLAIN, read_table
 from elastocal.files.texts import is_version, json_document, read_text, text_hash
+from elastocal.names import LONGEST, flaw, shown
 from elastocal.planning.remaining import knowing
 from elastocal.robot.chain import Robot
 from elastocal.study.criteria import CRITERIA, RENAMED, RHO0
 from elastocal.study.known import Known
 from elastocal.study.study import Done, Study, with_count
 from elastocal.study.two_steps import with_known
+
+_LONGEST_TEXT = 10_000  # of a remark
 
 
 @dataclass(frozen=True)
@@ -108,6 +111,7 @@ def document_of(text: str, path: Path) -> Any:
             f"{path}: format version {document.get('elastocal')!r} is not known; "
             "this program reads 1"
         )
+    _check_texts(document, path)
     _refuse_edited(_section(document, "study"), path)
     return document
 
@@ -121,6 +125,25 @@ def _refuse_edited(origin: dict[str, Any], path: Path) -> None:
             "changed after planning; plan again from the study that is meant, or export the run "
             "sheet (CSV) with --study"
         )
+
+
+def _check_texts(document: Any, path: Path) -> None:
+    """Refuse keys that cannot be names, and texts but that of the study with signs unseen."""
+    left: list[tuple[str, Any]] = [("", document)]
+    while left:
+        place, value = left.pop()
+        texts, inner, longest = [], [], LONGEST
+        if isinstance(value, dict):
+            texts = list(value)
+            inner = [(f"{place}.{key}", v) for key, v in value.items()]
+        elif isinstance(value, list):
+            inner = [(place, v) for v in value if isinstance(v, dict | list | str)]
+        elif isinstance(value, str) and place != ".study.text":
+            texts, longest = [value], _LONGEST_TEXT
+        if wrong := next(filter(None, (flaw(text, longest) for text in texts)), ""):
+            where = f"{path}, {shown(place[1:])}" if place else str(path)
+            raise PlanFileError(f"{where}: {wrong}")
+        left += inner[::-1]
 
 
 def bound_key(criterion: str) -> str:

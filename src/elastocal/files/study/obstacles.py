@@ -14,6 +14,7 @@ from elastocal.constraints.cell import CollisionRules, clearances
 from elastocal.errors import Doubt, InputError
 from elastocal.files.values import (
     DegreeVector,
+    FileName,
     Flag,
     Millimetres,
     MillimetreVector,
@@ -50,7 +51,7 @@ class ObstacleFile(Section):
     cylinder_mm: CylinderFile | None = None
     capsule_mm: CylinderFile | None = None
     sphere_radius_mm: PositiveMillimetres | None = None
-    mesh: Name | None = None
+    mesh: FileName | None = None
     mesh_unit: Literal["mm", "m", "inch"] | None = None
     center_mm: MillimetreVector | None = None
     rpy_deg: DegreeVector | None = None

@@ -11,7 +11,7 @@ from elastocal.arrays import Array
 from elastocal.errors import ElastocalError, InputError
 from elastocal.files.plans.proposal_file import read_proposal
 from elastocal.files.texts import file_hash
-from elastocal.files.values import Name, Number, Positive, Section
+from elastocal.files.values import FileName, Name, Number, Positive, Section
 from elastocal.files.yaml_lines import LocatedError
 from elastocal.study.study import CarriedOut, Study
 
@@ -19,7 +19,7 @@ from elastocal.study.study import CarriedOut, Study
 class PriorFile(Section):
     """What is known before: one of three ways to say it."""
 
-    plan: Name | None = None
+    plan: FileName | None = None
     standard_error_rad_per_Nm: dict[Name, Positive] | None = None
     information_N2m2: list[list[Number]] | None = None
 

@@ -15,6 +15,7 @@ from elastocal.files.study.tools import find_tool
 from elastocal.files.values import (
     DegreeRange,
     Degrees,
+    FileName,
     ListOrByName,
     MillimetreRange,
     Millimetres,
@@ -60,10 +61,10 @@ class DHRobotFile(Section):
 class UrdfRobotFile(Section):
     """A robot given by a URDF or xacro file."""
 
-    urdf: Name
+    urdf: FileName
     base: Name | None = None
     tip: Name | None = None
-    packages: dict[Name, Name] = Field(default_factory=dict)
+    packages: dict[Name, FileName] = Field(default_factory=dict)
     limits_deg: dict[Name, DegreeRange] = Field(default_factory=dict)
     limits_mm: dict[Name, MillimetreRange] = Field(default_factory=dict)
 

@@ -33,7 +33,7 @@ from elastocal.files.study.test_poses import Surroundings, TestPoseFile, test_po
 from elastocal.files.study.tools import ToolFile, tool_of
 from elastocal.files.study.view import view_of
 from elastocal.files.texts import is_version, read_text
-from elastocal.files.values import Name, Section, Vector
+from elastocal.files.values import FileName, Name, Section, Vector
 from elastocal.files.yaml_lines import Located, LocatedError, at, parse
 from elastocal.robot.chain import Robot
 from elastocal.robot.pose_check import refuse_too_few
@@ -61,7 +61,7 @@ class StudyFile(Section):
     constraints: ConstraintsFile = Field(default_factory=ConstraintsFile)
     criterion: Name = "test-pose"
     prior: PriorFile | None = None
-    known: Name | None = None
+    known: FileName | None = None
     motion: MotionFile | None = None
     campaign: CampaignFile | None = None
     gravity_m_s2: Vector | None = None

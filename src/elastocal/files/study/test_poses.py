@@ -19,6 +19,7 @@ from elastocal.files.study.tools import find_tool
 from elastocal.files.values import (
     Count,
     Degrees,
+    FileName,
     ListOrByName,
     Millimetres,
     Name,
@@ -44,7 +45,7 @@ class TestPoseFile(Section):
     q_mm: dict[Name, Millimetres] | None = None
     force_N: Vector | None = None
     torque_Nm: Vector | None = None
-    path: Name | None = None
+    path: FileName | None = None
     every: Count | None = None
     regressor_Nm2: list[list[Number]] | None = None
     weight: NonNegative = 1.0

@@ -15,6 +15,7 @@ from elastocal.files.tables.decoding import decoded
 from elastocal.files.tables.layout import Style, layout
 from elastocal.files.tables.numbers import numbers_of
 from elastocal.files.tables.units import UNITS, spelled, split_header
+from elastocal.names import flaw
 
 ANGLES, LENGTHS = UNITS["angle"], UNITS["length"]
 FORCES, TORQUES = UNITS["force"], UNITS["torque"]
@@ -53,8 +54,15 @@ class TextTable:
         return tuple(name for name, _ in self.columns)
 
     def text(self, name: str) -> list[str]:
-        """The cells of a column as they are."""
+        """The cells of a column as they are: names.
+
+        Raises:
+            InputError: of the type `error`: a cell cannot be one, see `names.flaw`.
+        """
         index = self.names.index(name)
+        for line, cells in self.rows:
+            if wrong := flaw(cells[index]):
+                raise self.error(f"{self.path}, line {line}, column {name!r}: {wrong}")
         return [cells[index] for _, cells in self.rows]
 
     def numbers(self, names: Sequence[str], units: Mapping[str, float]) -> Array:

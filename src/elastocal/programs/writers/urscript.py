@@ -43,7 +43,8 @@ def write(program: RobotProgram, settings: Settings) -> dict[str, str]:
     )
     trigger = _output(settings.trigger)
     lines = [f"# {line}" for line in header(program, settings, 100, units="rad")]
-    lines += [f"# Axes: {', '.join(robot.joint_names)}.", f"def {name}():"]
+    lines += [f"# {line}" for line in wrapped(f"Axes: {', '.join(robot.joint_names)}.", 100)]
+    lines.append(f"def {name}():")
     for step in program.steps:
         lines += [f"  {line}" for line in _step(step, program, values.tolist(), trigger)]
     lines.append("end")

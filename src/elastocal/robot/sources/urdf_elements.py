@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from elastocal.arrays import Array
+from elastocal.names import flaw
 from elastocal.robot.shapes import DIMENSIONS, Shape
 from elastocal.robot.sources.xml_tree import Node, parse_xml
 
@@ -105,7 +106,7 @@ def read_elements(data: bytes, where: str) -> Urdf:
     for node in _walk(root):
         if node.tag.startswith("xacro:"):
             raise node.error(f"<{node.tag}> is xacro; give the file a name that ends in .xacro")
-    urdf = Urdf(where, root.attributes.get("name", "").strip())
+    urdf = Urdf(where, _visible(root, "name", root.attributes.get("name", "").strip()))
     for node in root.all("material"):
         urdf.palette |= _colors(node)
     urdf.palette.pop("", None)
@@ -180,7 +181,7 @@ def _shapes(urdf: Urdf, node: Node, link: str) -> Iterator[Shape]:
             return
         if solid.tag == "mesh":
             size = _given(solid, ("scale",), 3).get("scale", np.ones(3))
-            source = _attribute(solid, "filename")
+            source = _visible(solid, "filename", _attribute(solid, "filename"))
         elif solid.tag == "box":
             size = _numbers(solid, "size", 3)
         else:
@@ -230,10 +231,17 @@ def _given(node: Node, keys: tuple[str, ...], count: int) -> dict[str, Array]:
 
 
 def _name(node: Node, names: set[str]) -> str:
-    name = _attribute(node, "name")
+    name = _visible(node, "name", _attribute(node, "name"))
     if name in names:
         raise node.error(f"two {node.tag}s are called {name!r}")
     names.add(name)
+    return name
+
+
+def _visible(node: Node, key: str, name: str) -> str:
+    """A name as it is, if it may be one."""
+    if wrong := flaw(name):
+        raise node.error(f"{key!r} of <{node.tag}>: {wrong}")
     return name
 
 
