@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from elastocal.errors import InputError
+from elastocal.files.tables.units import signs_as_ascii
 
 _KNOWN = {
     "rad/(N·m)": (
@@ -34,9 +35,6 @@ _KNOWN = {
         {"N/m": 1.0, "kN/m": 1e3, "N/mm": 1e3, "N/um": 1e6, "kN/mm": 1e6},
     ),
 }
-_ALIKE = str.maketrans(
-    {"·": ".", "⋅": ".", "*": ".", "µ": "u", "μ": "u", "(": "", ")": "", " ": ""}
-)
 
 
 def factor_to_si(unit: object, si: str) -> float:
@@ -52,7 +50,7 @@ def factor_to_si(unit: object, si: str) -> float:
     if not isinstance(unit, str):
         raise InputError(f"expected {si} as unit, found {unit!r}")
     factors = _KNOWN[si][1]
-    plain = unit.translate(_ALIKE).replace("Nm", "N.m")
+    plain = signs_as_ascii(unit).replace("(", "").replace(")", "").replace("Nm", "N.m")
     if plain in factors:
         return factors[plain]
     for quantity, others in _KNOWN.values():

@@ -14,7 +14,7 @@ from elastocal.files.values import Section
 from elastocal.files.yaml_lines import Located, Path_
 from elastocal.names import shown
 
-_WORDS = [*(unit for units in UNITS.values() for unit in units if unit.isascii()), "inch", "Nm2"]
+_WORDS = [*(unit.replace(".", "") for units in UNITS.values() for unit in units), "inch", "Nm2"]
 _UNIT = rf"_({'|'.join(map(re.escape, [*_WORDS, 'min', 's', 'h']))})(_s)?$"
 
 

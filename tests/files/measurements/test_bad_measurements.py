@@ -74,7 +74,7 @@ CASES: dict[str, tuple[bytes, list[str]]] = {
     "no unit": (edited("Fz [N]", "Fz"), ["line 1", "'Fz' has no unit", "such as 'Fz [N]'"]),
     "empty unit": (edited("dx [mm]", "dx []"), ["'dx []' has no unit", "'dx [mm]'"]),
     "unit of another kind": (
-        edited("A1 [deg]", "A1 [mm]"), ["'A1 [mm]'", "unit of length", "deg, °, rad"]),
+        edited("A1 [deg]", "A1 [mm]"), ["'A1 [mm]'", "unit of length", "deg, rad, mrad"]),
     "unknown unit": (edited("dx [mm]", "dx [mil]"), ["'mil' is not accepted", "mm, m"]),
     "unit in another case": (edited("dx [mm]", "dx [MM]"), ["'MM'", "did you mean mm?"]),
     "mass for a force": (
@@ -110,7 +110,8 @@ CASES: dict[str, tuple[bytes, list[str]]] = {
     "thousands separators": (
         edited("-2500", '"-2,500.0"'), ["column 'Fz [N]'", "without thousands separators"]),
     "decimal comma in quotes": (
-        edited("0.1,0.2", '"0,1",0.2'), ["column 'dx [mm]'", "a decimal point, found '0,1'"]),
+        edited("0.1,0.2", '"0,1",0.2'),
+        ["line 2, column 'dx [mm]': '0,1' here and '0.2' in line 2"]),
     "decimal commas and points": (
         edited("0,3;-3,6;0,02", "0.3;-3,6;0,02", GOOD.replace(",", ";").replace(".", ",")),
         ["line 2, column 'dx [mm]'", "'0,1'", "'0.3' in line 7", "one decimal sign"]),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
@@ -16,14 +15,13 @@ from elastocal.errors import MeasurementFileError
 from elastocal.files.measurements.columns import Column
 from elastocal.files.measurements.fast import plain_columns
 from elastocal.files.tables.layout import Layout
-from elastocal.files.tables.numbers import LARGEST, numbers_of, plain
+from elastocal.files.tables.numbers import LARGEST, decimal_in, numbers_of, plain
 from elastocal.names import flaw
 
 CHUNK = 20_000  # rows; bounds the memory for cells as text
 NOT_USED = {"valid": ("0", "false", "no"), "delete": ("1", "true", "yes")}
 """Words that mark a row as not to be used."""
 _DECIMALS = 1000  # rows that tell the decimal sign
-_NUMBER = re.compile(r"\s*'?[-+−]?\d*[.,]\d+([eE][-+]?\d+)?\s*")
 
 
 @dataclass(frozen=True)
@@ -159,15 +157,15 @@ def _decimal(table: Layout, columns: dict[str, Column]) -> str:
     Raises:
         MeasurementFileError: numbers with a comma and numbers with a point.
     """
-    if table.delimiter == ",":
+    if table.delimiter == "," and '"' not in table.file.text:
         return "."
     used = [column for column in columns.values() if column.meaning.kind]
     first: dict[str, tuple[int, Column, str]] = {}
     for line, row in islice(table.rows(), _DECIMALS):
         for column in used:
             cell = row[column.index]
-            sign = next((s for s in ",." if s in cell), "")
-            if sign and sign not in first and _NUMBER.fullmatch(cell):
+            sign = decimal_in(cell, table.delimiter)
+            if sign and sign not in first:
                 first[sign] = line, column, cell.strip()
     if len(first) == 2:
         line, column, cell = first[","]

@@ -7,7 +7,7 @@ from collections.abc import Container, Sequence
 from dataclasses import dataclass
 
 from elastocal.errors import MeasurementFileError
-from elastocal.files.tables.units import UNITS, factor, split_header, unit_hint
+from elastocal.files.tables.units import UNITS, factor, spelled, split_header, unit_hint
 from elastocal.robot.chain import Robot
 
 AXES = ("x", "y", "z")
@@ -107,7 +107,7 @@ class Column:
         index: Its place in the file.
         header: Its header, for messages.
         factor: From its unit to SI.
-        unit: Its unit.
+        unit: Its unit, in our spelling.
         optional: Whether its cells may be empty, where nothing was read.
     """
 
@@ -186,7 +186,7 @@ def column_of(meaning: Meaning, index: int, header: str, unit: str | None, where
             f"{where}: column {header!r}: unit {unit!r} is not accepted for {meaning.name!r}; "
             f"{unit_hint(unit, meaning.kind)}"
         )
-    return Column(meaning, index, header, scale, unit)
+    return Column(meaning, index, header, scale, spelled(unit))
 
 
 def _check_capitals(

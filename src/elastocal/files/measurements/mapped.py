@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import unicodedata
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -43,8 +44,12 @@ def _index(table: Layout, place: Place) -> int | None:
     """Where a column is in a file: by number, by name, or by name without the unit."""
     if isinstance(place.column, int):
         return place.column - 1 if place.column <= len(table.header) else None
-    for names in (table.header, [split_header(cell)[0] for cell in table.header]):
-        hits = [i for i, name in enumerate(names) if name == place.column]
+    wanted, there = _said(place.column), [_said(cell) for cell in table.header]
+    for hits in (
+        [i for i, cell in enumerate(table.header) if cell == place.column],
+        [i for i, said in enumerate(there) if said == wanted],
+        [i for i, said in enumerate(there) if wanted == (said[0], None)],
+    ):
         if len(hits) > 1:
             raise MeasurementFileError(
                 f"{place.where}: {table.file.path} has {len(hits)} columns {place.column!r}; give "
@@ -53,6 +58,12 @@ def _index(table: Layout, place: Place) -> int | None:
         if hits:
             return hits[0]
     return None
+
+
+def _said(header: str) -> tuple[str, str | None]:
+    """Name and unit of a header, alike for all ways to write them."""
+    name, unit = split_header(header)
+    return unicodedata.normalize("NFKC", name), None if unit is None else spelled(unit)
 
 
 def _not_found(tables: Sequence[Layout], files: Sequence[int], place: Place) -> str:

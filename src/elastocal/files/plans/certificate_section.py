@@ -12,6 +12,7 @@ from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import PlanFileError
 from elastocal.files.plans.load_case_entries import finite_at, read_load_cases
 from elastocal.files.plans.proposal_file import document_of
+from elastocal.files.tables.csv_table import is_table
 from elastocal.files.texts import read_text
 from elastocal.robot.chain import Robot
 
@@ -34,7 +35,7 @@ def read_certified_design(path: str | Path, robot: Robot) -> CertifiedDesign | N
         PlanFileError: not a plan, or not for this robot; names the key.
     """
     path = Path(path)
-    if path.suffix.lower() == ".csv":
+    if is_table(path):
         return None
     section = document_of(read_text(path), path).get("certificate")
     if not isinstance(section, dict) or "continuous_design" not in section:

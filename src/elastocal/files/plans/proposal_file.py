@@ -16,7 +16,8 @@ from elastocal.files.plans.done_section import read_done
 from elastocal.files.plans.known_section import read_known
 from elastocal.files.plans.load_case_entries import columns, finite_at, read_load_cases
 from elastocal.files.plans.via_points import VIA, read_via, split_via
-from elastocal.files.tables.csv_table import PLAIN, read_table
+from elastocal.files.tables.csv_table import FORCES, PLAIN, TORQUES, is_table, read_table
+from elastocal.files.tables.units import UNITS, split_header
 from elastocal.files.texts import is_version, json_document, read_text, text_hash
 from elastocal.names import LONGEST, flaw, shown
 from elastocal.planning.remaining import knowing
@@ -27,6 +28,7 @@ from elastocal.study.study import Done, Study, with_count
 from elastocal.study.two_steps import with_known
 
 _LONGEST_TEXT = 10_000  # of a remark
+_TORQUES = ("Tx", "Ty", "Tz")
 
 
 @dataclass(frozen=True)
@@ -75,13 +77,13 @@ class Proposal:
 
 
 def read_proposal(path: str | Path, study: Study) -> Proposal:
-    """A plan file, JSON or CSV by its ending.
+    """A plan file: JSON, or a table of load cases in any form that measurement files may have.
 
     Raises:
         PlanFileError: not a plan, or not for this robot; names row, column or key.
     """
     path = Path(path)
-    if path.suffix.lower() == ".csv":
+    if is_table(path):
         return _read_csv(path, study.robot)
     return _read_json(read_text(path), path, study.robot)
 
@@ -251,23 +253,17 @@ def _repeats(value: Any, where: str) -> int:
 
 def _read_csv(path: Path, robot: Robot) -> Proposal:
     table = read_table(path, PlanFileError, shows_units=True)
-    header = [f"{name} [{unit}]" if unit else name for name, unit in table.columns]
-    optional = {f"T{axis} [N.m]" for axis in "xyz"}
-    for column in [*columns(robot)[1:], "repeats"]:
-        if column not in header and column not in optional:
-            bare = column.split(" [")[0]
-            near = [cell for cell in header if cell.split(" [")[0] == bare]
-            hint = f", found {near[0]!r}" if near else ""
-            raise PlanFileError(
-                f"{path}, line {table.header_line}: column {column!r} is missing{hint}"
-            )
-    units = [(joint.name, {joint.kind.key: joint.kind.si}) for joint in robot.joints]
+    for column in (*columns(robot)[1:], "repeats"):
+        name = split_header(column)[0]
+        if name not in table.names and name not in _TORQUES:
+            raise PlanFileError(f"{path}, line {table.header_line}: column {column!r} is missing")
+    units = [(joint.name, UNITS[joint.kind.quantity]) for joint in robot.joints]
     q = np.hstack([table.numbers([name], unit) for name, unit in units])
     wrench = np.zeros((len(q), 6))
-    wrench[:, :3] = table.numbers(["Fx", "Fy", "Fz"], {"N": 1.0})
-    for i, name in enumerate(("Tx", "Ty", "Tz"), 3):
+    wrench[:, :3] = table.numbers(["Fx", "Fy", "Fz"], FORCES)
+    for i, name in enumerate(_TORQUES, 3):
         if name in table.names:
-            wrench[:, i] = table.numbers([name], {"N.m": 1.0})[:, 0]
+            wrench[:, i] = table.numbers([name], TORQUES)[:, 0]
     names = table.text("configuration") if "configuration" in table.names else [""] * len(q)
     stops = np.array([name.lower() != VIA for name in names])
     repeats = table.numbers(["repeats"], PLAIN)[:, 0]

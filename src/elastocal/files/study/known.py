@@ -12,6 +12,7 @@ from elastocal.errors import InputError, PlanFileError
 from elastocal.files.models.model_file import read_model
 from elastocal.files.plans.known_section import read_known
 from elastocal.files.plans.proposal_file import document_of, read_proposal, study_for
+from elastocal.files.tables.csv_table import is_table
 from elastocal.files.texts import file_hash, read_text
 from elastocal.planning.assessment import assess
 from elastocal.robot.chain import Robot
@@ -37,10 +38,10 @@ def known_at(path: Path, robot: Robot, study_of: StudyOf, source: str = "") -> K
     Raises:
         InputError: neither model nor plan, for another robot, or without uncertainty.
     """
+    if is_table(path):
+        raise InputError(f"{path}: expected a model.json or a plan.json, which has its study in it")
     text, source = read_text(path), source or path.name
     sha256 = file_hash(path)
-    if path.suffix.lower() == ".csv":
-        raise InputError(f"{path}: expected a model.json or a plan.json, which has its study in it")
     if _is_plan(text):
         return Known(_promised(text, path, robot, study_of), True, source, sha256)
     return Known(read_model(path, robot), False, source, sha256)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,15 +12,14 @@ from elastocal.arrays import Array
 from elastocal.errors import InputError
 from elastocal.files.tables.decoding import decoded
 from elastocal.files.tables.layout import Style, layout
-from elastocal.files.tables.numbers import numbers_of
+from elastocal.files.tables.numbers import decimal_in, numbers_of
 from elastocal.files.tables.units import UNITS, spelled, split_header
 from elastocal.names import flaw
 
 ANGLES, LENGTHS = UNITS["angle"], UNITS["length"]
 FORCES, TORQUES = UNITS["force"], UNITS["torque"]
 PLAIN = {"": 1.0, "-": 1.0}
-
-_COMMA = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?")
+_ENDINGS = (".csv", ".tsv", ".tab", ".txt")
 
 
 @dataclass(frozen=True)
@@ -79,15 +77,15 @@ class TextTable:
         result = np.zeros((len(self.rows), len(names)))
         for j, name in enumerate(names):
             index = self.names.index(name)
-            unit = spelled(self.columns[index][1])
+            written = self.columns[index][1]
+            unit = spelled(written)
             if unit not in units:
                 known = "no unit" if "" in units else f"one of the units {', '.join(units)}"
                 raise self.error(
                     f"{self.path}, line {self.header_line}, column {name!r}: expected {known}, "
-                    f"found {f'[{unit}]' if unit else 'none'}"
+                    f"found {f'[{written}]' if written else 'none'}"
                 )
-
-            shown = f"{name} [{self.columns[index][1]}]" if unit and self.shows_units else name
+            shown = f"{name} [{written}]" if written and self.shows_units else name
 
             def where(i: int, shown: str = shown) -> str:
                 return f"{self.path}, line {self.rows[i][0]}, column {shown!r}"
@@ -95,6 +93,11 @@ class TextTable:
             cells = [cells[index] for _, cells in self.rows]
             result[:, j] = units[unit] * numbers_of(cells, self.decimal, where, self.error)
         return result
+
+
+def is_table(path: Path) -> bool:
+    """Whether a file is a table, by the ending of its name."""
+    return path.suffix.lower() in _ENDINGS
 
 
 def read_table(path: Path, error: type[InputError], *, shows_units: bool = False) -> TextTable:
@@ -116,6 +119,8 @@ def read_table(path: Path, error: type[InputError], *, shows_units: bool = False
             raise error(f"{path}, line {plan.first}: column {name!r} is there twice")
     # A comma in a cell needs another delimiter, or quotes: else there is no cell to look at.
     possible = "," in file.text and (plan.delimiter != "," or '"' in file.text)
-    commas = possible and any(_COMMA.fullmatch(cell) for _, row in rows for cell in row)
+    commas = possible and any(
+        "," in cell and decimal_in(cell, plan.delimiter) for _, row in rows for cell in row
+    )
     decimal = "," if commas else "."
     return TextTable(path, file.sha256, plan.first, columns, rows, decimal, error, shows_units)

@@ -72,6 +72,9 @@ def decoded(path: Path, error: type[InputError], encoding: str | None = None) ->
             f"{path}, line {line}: character 0x{ord(found[0]):02x} does not occur in text; "
             "expected a table as CSV in UTF-8, UTF-16 with byte order mark or Windows-1252"
         )
+    if "\ufeff" in text or text.startswith("ï»¿"):
+        # A second byte order mark, of a program that took the first for text; or one inside.
+        text = text.replace("\ufeff", "").removeprefix("ï»¿")
     if "\r" in text:
         text = text.replace("\r\n", "\n").replace("\r", "\n")
     remark = ""

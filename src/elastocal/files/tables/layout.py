@@ -18,6 +18,8 @@ DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar"}
 WIDEST = 10_000
 _NUMBER = re.compile(r"\s*'?[-+−]?[\d.,]+([eE][-+]?\d+)?\s*")
 _VERSION = re.compile(r"#\s*elastocal measurements, version (\S+)")
+_SEPARATOR = re.compile(r"""\s*["']?sep\s*= *(\\t|tab|[^\s"']|\t)["']?[\s,;|]*""", re.IGNORECASE)
+"""What Excel writes and reads in front of a table: sep=; for example."""
 
 
 @dataclass(frozen=True)
@@ -117,18 +119,25 @@ def layout(file: FileText, style: Style) -> Layout:
     """
     lines = file.text.split("\n")
     _check_version(file, lines[:5])
-    for i in range(min(style.skip_lines, len(lines))):
-        lines[i] = ""
     comments = "#" in file.text
     if comments:
         lines = ["" if _is_comment(line) else line for line in lines]
-    first = next((i for i, line in enumerate(lines) if line.strip(" \t,;|\"'")), None)
+    named = _named_delimiter(file, lines, style)
+    for i in range(min(style.skip_lines, len(lines))):
+        lines[i] = ""
+    first = _first(lines)
     if first is None:
         raise file.error(f"{file.path}: no table in it, only comments or blank lines")
-    delimiter = style.delimiter or _delimiter(lines[first])
+    delimiter = style.delimiter or named or _delimiter(lines[first])
     cells = _cells(lines[first], delimiter)
     while len(cells) > 1 and not cells[-1]:
         cells.pop()
+    if len(cells) == 1 and lines[first].count("[") > 1:
+        raise file.error(
+            f"{file.path}, line {first + 1}: the header is one cell, {cells[0][:60]!r}; expected "
+            f"its columns apart, by {', '.join(f'{name}s' for name in DELIMITERS.values())}"
+            + (f", and not by {DELIMITERS[delimiter]}s alone" if named else "")
+        )
     if len(cells) > WIDEST:
         raise file.error(
             f"{file.path}, line {first + 1}: {len(cells)} columns, more than the {WIDEST} "
@@ -147,6 +156,38 @@ def layout(file: FileText, style: Style) -> Layout:
         raise file.error(f"{file.path}: there is a header, but no row of data below it")
     remark = "; ".join(_oddities(file, lines, delimiter, len(cells), first))
     return Layout(file, lines, delimiter, tuple(cells), first + 1, remark)
+
+
+def _first(lines: list[str]) -> int | None:
+    """Index of the first line with something in it."""
+    return next((i for i, line in enumerate(lines) if line.strip(" \t,;|\"'")), None)
+
+
+def _named_delimiter(file: FileText, lines: list[str], style: Style) -> str | None:
+    """The delimiter that a line such as sep=; names before all others; that line is blanked.
+
+    Raises:
+        InputError: another delimiter than is asked for, or one that none of these files has.
+    """
+    first = _first(lines)
+    found = _SEPARATOR.fullmatch(lines[first or 0])
+    if first is None or found is None:
+        return None
+    lines[first] = ""
+    named = "\t" if found[1].lower() in ("\\t", "tab") else found[1]
+    where = f"{file.path}, line {first + 1}"
+    if named not in DELIMITERS:
+        raise file.error(
+            f"{where}: cells are separated by {named!r} as this line says; expected one of "
+            f"{', '.join(f'{name}s' for name in DELIMITERS.values())}"
+        )
+    if style.delimiter not in (None, named):
+        asked = {**DELIMITERS, " ": "space"}[style.delimiter]
+        raise file.error(
+            f"{where}: cells are separated by {DELIMITERS[named]}s as this line says, but the "
+            f"mapping says {asked}"
+        )
+    return named
 
 
 def _is_comment(line: str) -> bool:

@@ -13,6 +13,19 @@ from elastocal.errors import InputError
 LARGEST = 1e9
 """Numbers beyond this are mistakes in any unit of these files."""
 
+_SIGNED = re.compile(r"\s*'?[-+−]?\d*[.,]\d+([eE][-+]?\d+)?\s*")
+_THOUSANDS = re.compile(r"\s*'?[-+−]?[1-9]\d{0,2},\d{3}\s*")
+
+
+def decimal_in(cell: str, delimiter: str) -> str:
+    """The decimal sign of the number in a cell, empty if it shows none.
+
+    Between commas "1,200" may be a thousand in quotes as well, so it shows none there.
+    """
+    if not _SIGNED.fullmatch(cell) or (delimiter == "," and _THOUSANDS.fullmatch(cell)):
+        return ""
+    return "," if "," in cell else "."
+
 
 def plain(cell: str) -> str:
     """A word without what spreadsheets put around it."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
+import unicodedata
 
 import numpy as np
 
@@ -12,16 +13,9 @@ _FOOT = 0.3048  # m
 STANDARD_GRAVITY = 9.80665  # m/s²
 
 UNITS: dict[str, dict[str, float]] = {
-    "angle": {"deg": np.pi / 180.0, "°": np.pi / 180.0, "rad": 1.0, "mrad": 1e-3},
-    "rotation": {
-        "mrad": 1e-3,
-        "rad": 1.0,
-        "urad": 1e-6,
-        "µrad": 1e-6,
-        "deg": np.pi / 180.0,
-        "°": np.pi / 180.0,
-    },
-    "length": {"mm": 1e-3, "m": 1.0, "cm": 1e-2, "um": 1e-6, "µm": 1e-6, "in": 0.0254},
+    "angle": {"deg": np.pi / 180.0, "rad": 1.0, "mrad": 1e-3},
+    "rotation": {"mrad": 1e-3, "rad": 1.0, "urad": 1e-6, "deg": np.pi / 180.0},
+    "length": {"mm": 1e-3, "m": 1.0, "cm": 1e-2, "um": 1e-6, "in": 0.0254},
     "force": {
         "N": 1.0,
         "kN": 1e3,
@@ -31,12 +25,9 @@ UNITS: dict[str, dict[str, float]] = {
     },
     "torque": {
         "N.m": 1.0,
-        "Nm": 1.0,
         "kN.m": 1e3,
-        "kNm": 1e3,
         "daN.m": 10.0,
         "N.mm": 1e-3,
-        "Nmm": 1e-3,
         "kgf.m": STANDARD_GRAVITY,
         "lbf.ft": _POUND_FORCE * _FOOT,
         "lbf.in": _POUND_FORCE * 0.0254,
@@ -45,9 +36,20 @@ UNITS: dict[str, dict[str, float]] = {
     "covariance": {"mm2": 1e-6, "m2": 1.0, "um2": 1e-12},
     "covariance of rotations": {"mrad2": 1e-6, "rad2": 1.0, "urad2": 1e-12},
 }
-"""Factor to SI of every unit, by kind of quantity. N.m, N·m and N*m are the same."""
+"""Factor to SI of every unit in our spelling, by kind of quantity."""
 
-_SPELLINGS = {"μ": "µ", "·": ".", "*": ".", "⋅": ".", "²": "2", "^2": "2", "º": "°"}
+_SIGNS = str.maketrans(
+    {
+        "µ": "u",
+        "μ": "u",
+        "°": "deg",
+        "º": "deg",
+        "˚": "deg",
+        **dict.fromkeys("·⋅∙•‧*-‐", "."),
+        **dict.fromkeys("^ ", ""),
+    }
+)
+_WITHOUT_DOT = {unit.replace(".", ""): unit for unit in UNITS["torque"]}
 _OTHERS = {
     "degree": "deg",
     "degrees": "deg",
@@ -68,10 +70,15 @@ def split_header(cell: str) -> tuple[str, str | None]:
 
 
 def spelled(unit: str) -> str:
-    """The unit in our spelling."""
-    for theirs, ours in _SPELLINGS.items():
-        unit = unit.replace(theirs, ours)
-    return unit.replace(" ", "")
+    """The unit in our spelling, in which units are compared: µm is um, ° is deg, Nm is N.m."""
+    plain = signs_as_ascii(unit)
+    return _WITHOUT_DOT.get(plain, plain)
+
+
+def signs_as_ascii(unit: str) -> str:
+    """A unit with u for µ, deg for °, a point for any dot, 2 for ², and without spaces."""
+    known = unit.translate(_SIGNS)  # before the rest: º is an ordinal sign to Unicode
+    return unicodedata.normalize("NFKC", known).translate(_SIGNS)
 
 
 def factor(unit: str, kind: str) -> float | None:

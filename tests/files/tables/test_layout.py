@@ -1,0 +1,171 @@
+"""Tables as spreadsheets leave them: measurements, plans and paths are read by one reader."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.errors import InputError
+from elastocal.files.measurements.measurement_file import read_measurements
+from elastocal.files.paths.path_file import read_path
+from elastocal.files.plans.proposal_file import read_proposal
+from tests.files.campaign import study
+from tests.files.measurements.test_bad_measurements import GOOD, ROWS, STATES
+
+STUDY = study()
+HEAD, *LINES = GOOD.splitlines()
+JOINTS = [cell for cell in HEAD.split(",") if cell.startswith("A")]
+LOADS = ["Fx [N]", "Fy [N]", "Fz [N]"]
+CELLS = [line.split(",")[2:11] for line in LINES[::2]]
+PLAN = "\n".join(
+    [
+        ",".join(["configuration", *JOINTS, *LOADS, "Tx [N.m]", "repeats", "nearest constraint"]),
+        *(",".join([str(i + 1), *row, "1.5", "2", "A2 <= 0°"]) for i, row in enumerate(CELLS)),
+    ]
+)
+PATH = "\n".join([",".join([*JOINTS, *LOADS]), *map(",".join, CELLS)])
+
+Reader = Callable[[Path], LoadCases]
+
+
+def of_measurements(path: Path) -> LoadCases:
+    return read_measurements(path, STUDY).cases
+
+
+def of_a_plan(path: Path) -> LoadCases:
+    found = read_proposal(path, STUDY)
+    assert found.repeats.tolist() == [2, 2, 2]
+    return found.load_cases
+
+
+def of_a_path(path: Path) -> LoadCases:
+    return read_path(path, STUDY.robot, STUDY.robot.tools["milling"], np.zeros(6)).cases
+
+
+KINDS: dict[str, tuple[str, Reader]] = {
+    "measurements": (GOOD, of_measurements),
+    "states": (STATES, of_measurements),
+    "plan": (PLAN + "\n", of_a_plan),
+    "path": (PATH + "\n", of_a_path),
+}
+
+
+def german(text: str) -> str:
+    """As a German spreadsheet saves it: decimal commas, and semicolons between cells."""
+    return text.replace(",", ";").replace(".", ",").replace("[N,m]", "[N.m]")
+
+
+def quoted(text: str, mark: str = ",") -> str:
+    return "\n".join(
+        mark.join(f'"{cell}"' if cell else "" for cell in line.split(mark))
+        for line in text.split("\n")
+    )
+
+
+CLOTHES: dict[str, Callable[[str], bytes]] = {
+    "sep=,": lambda t: b"sep=,\n" + t.encode(),
+    "SEP=;": lambda t: b"SEP=;\r\n" + german(t).replace("\n", "\r\n").encode(),
+    "Sep=;, quoted, with delimiters behind it": lambda t: b'"Sep=;";;;;\n' + german(t).encode(),
+    "sep = |": lambda t: b"sep = |\n" + t.replace(",", "|").encode(),
+    "a tab": lambda t: b"sep=\t\n" + t.replace(",", "\t").encode(),
+    "a tab by letters": lambda t: b"sep=\\t\n" + t.replace(",", "\t").encode(),
+    "sep=; behind a mark": lambda t: b"\xef\xbb\xbfsep=;\n" + german(t).encode(),
+    "a mark behind sep=;": lambda t: b"sep=;\n\xef\xbb\xbf" + quoted(german(t), ";").encode(),
+    "sep=; below a comment": lambda t: b"# of the cell\n\nsep=;\n" + german(t).encode(),
+    "sep=; in UTF-16": lambda t: ("sep=;\n" + german(t)).encode("utf-16"),
+    "two marks": lambda t: b"\xef\xbb\xbf\xef\xbb\xbf" + t.encode(),
+    "a mark taken for letters": lambda t: "\ufeffï»¿".encode() + t.encode(),
+    "two marks of UTF-16": lambda t: ("\ufeff" + t).encode("utf-16"),
+    "a mark before a quote": lambda t: b"\xef\xbb\xbf\xef\xbb\xbf" + quoted(t).encode(),
+    "semicolons, cp1252, empty columns": lambda t: (
+        german(t).replace("\n", ";;;\r\n").encode("cp1252")
+    ),
+    "tabs and decimal commas": lambda t: german(t).replace(";", "\t").encode("utf-16"),
+    "quotes around decimal commas": lambda t: quoted(german(t), ";").replace(";", ",").encode(),
+    "degree signs": lambda t: t.replace("[deg]", "[°]").encode("cp1252"),
+    "twins of units": lambda t: (
+        t.replace("[N.m]", "[N m]").replace("[deg]", "[ º ]").encode()
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("clothes", CLOTHES)
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_table_is_read_in_all_clothes(kind: str, clothes: str, tmp_path: Path) -> None:
+    text, read = KINDS[kind]
+    (tmp_path / "plain.csv").write_text(text, "utf-8")
+    (tmp_path / "other.csv").write_bytes(CLOTHES[clothes](text))
+    plain, other = read(tmp_path / "plain.csv"), read(tmp_path / "other.csv")
+    np.testing.assert_allclose(other.q, plain.q, rtol=1e-14)
+    np.testing.assert_allclose(other.wrench, plain.wrench, rtol=1e-14)
+
+
+@pytest.mark.parametrize("ending", [".txt", ".tsv", ".CSV"])
+def test_plans_are_tables_by_their_ending(ending: str, tmp_path: Path) -> None:
+    (tmp_path / f"plan{ending}").write_bytes(PLAN.replace(",", "\t").encode("utf-16"))
+    assert len(of_a_plan(tmp_path / f"plan{ending}")) == 3
+
+
+def test_units_of_plans_are_converted(tmp_path: Path) -> None:
+    text = PLAN.replace("Fz [N]", "Fz [kN]").replace("-2500", "-2.5").replace("[N.m]", "[Nmm]")
+    (tmp_path / "plan.csv").write_text(text)
+    found = of_a_plan(tmp_path / "plan.csv")
+    np.testing.assert_allclose(found.wrench, [[0, 0, -2500, 1.5e-3, 0, 0]] * 3, rtol=1e-14)
+
+
+# what is in the file; what must be in the sentence
+BAD = {
+    "sep=^": (b"sep=^\n" + GOOD.encode(), ["line 1", "'^' as this line says", "semicolons, tabs"]),
+    "another delimiter": (
+        b"sep=;\n" + GOOD.encode(), ["line 2", "one cell", "by semicolons alone"]),
+    "spaces": (
+        GOOD.replace(" [", "_[").replace(",", " ").encode(), ["line 1", "one cell", "commas"]),
+    "a line is a cell": (
+        "".join(f'"{line}"\n' for line in GOOD.splitlines()).encode(), ["line 1", "one cell"]),
+    "only sep=;": (b"sep=;\n", ["no table in it"]),
+    "only sep=; and a header": (b"sep=,\n" + HEAD.encode(), ["a header, but no row"]),
+    "a row that is too long": (
+        b"sep=,\n" + HEAD.encode() + b"\n" + ROWS.encode() + b"4,M1" + b",0" * 14 + b"\n",
+        ["line 9", "16 cells where the header has 15"]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BAD)
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_delimiter_that_is_found_is_named(kind: str, name: str, tmp_path: Path) -> None:
+    data, expected = BAD[name]
+    (tmp_path / "m.csv").write_bytes(data)
+    with pytest.raises(InputError) as caught:
+        KINDS[kind][1](tmp_path / "m.csv")
+    sentence = str(caught.value)
+    assert "\n" not in sentence
+    for part in expected:
+        assert part in sentence, sentence
+
+
+def test_a_mapping_and_the_file_may_not_differ_on_the_delimiter(tmp_path: Path) -> None:
+    (tmp_path / "m.csv").write_text("sep=;\n" + german(GOOD))
+    names = [cell.split(" [")[0] for cell in HEAD.split(",")]
+    columns = "columns:\n" + "".join(f"  {name}: {name}\n" for name in names)
+    mapping = tmp_path / "mapping.yaml"
+    for said in ("", "delimiter: semicolon\n", "skip_lines: 1\n"):
+        mapping.write_text(f"elastocal: 1\n{said}{columns}")
+        assert len(read_measurements(tmp_path / "m.csv", STUDY, mapping)) == 6
+    mapping.write_text(f"elastocal: 1\ndelimiter: tab\n{columns}")
+    with pytest.raises(InputError, match=r"line 1: cells .* semicolons .* says tab"):
+        read_measurements(tmp_path / "m.csv", STUDY, mapping)
+
+
+def test_thousands_in_quotes_are_no_decimals(tmp_path: Path) -> None:
+    """Between commas 1,200 in quotes may be either, so it is refused; 0,200 is no thousand."""
+    (tmp_path / "path.csv").write_text(PATH.replace("-2500", '"-2,500"'))
+    with pytest.raises(InputError, match="column 'Fz': expected a number without thousands"):
+        of_a_path(tmp_path / "path.csv")
+    (tmp_path / "path.csv").write_text(PATH.replace("-2500", '"-2500,5"'))
+    np.testing.assert_array_equal(of_a_path(tmp_path / "path.csv").wrench[:, 2], [-2500.5] * 3)
+    (tmp_path / "path.csv").write_text(PATH.replace("-2500", '"-0,200"'))
+    np.testing.assert_array_equal(of_a_path(tmp_path / "path.csv").wrench[:, 2], [-0.2] * 3)
