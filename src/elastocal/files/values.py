@@ -98,6 +98,17 @@ def _text(value: Any, longest: int = LONGEST) -> str:
     return str(value)
 
 
+def _argument(value: Any) -> str:
+    """The text of a value that is handed on: booleans as xacro has them, numbers as written."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if not isinstance(value, (str, int, float)):
+        raise ValueError(f"expected a text or a number, found {value!r:.80}")
+    if value != "" and (wrong := flaw(str(value), _LONGEST_PATH)):
+        raise ValueError(wrong)
+    return str(value)
+
+
 def _flag(value: Any) -> bool:
     if not isinstance(value, bool):
         raise ValueError(f"expected true or false without quotes, found {value!r}")
@@ -136,6 +147,7 @@ Name = Annotated[str, BeforeValidator(_text)]
 """One line of visible signs, not too long."""
 FileName = Annotated[str, BeforeValidator(lambda value: _text(value, _LONGEST_PATH))]
 """A name with folders."""
+Argument = Annotated[str, BeforeValidator(_argument)]
 Flag = Annotated[bool, BeforeValidator(_flag)]
 NamePair = Annotated[list[str], BeforeValidator(_pair)]
 Axis = Literal["x", "y", "z"] | Vector

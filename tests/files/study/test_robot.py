@@ -64,6 +64,13 @@ WRONG: dict[str, tuple[str, str, list[str]]] = {
         HEAD, "robot: {urdf: kr270.urdf, limits: {A1: [0, 1]}}", ["no unit", "'limits_deg'"]),
     "no such package": (
         HEAD, "robot: {urdf: kr270.urdf, packages: {arm: ../nowhere}}", ["'arm'", "not exist"]),
+    "no name of a file": (HEAD, f"robot: {{urdf: {'a' * 3000}}}", ["line 5", "is not there"]),
+    "arguments of a urdf": (
+        HEAD, "robot: {urdf: kr270.urdf, arguments: {a: 1}}", ["line 5", "for xacro files"]),
+    "arguments without names": (
+        HEAD, "robot: {urdf: kr270.urdf, arguments: [a]}", ["line 5", "robot.arguments"]),
+    "an argument of several": (
+        HEAD, "robot: {urdf: kr270.urdf, arguments: {a: [1]}}", ["line 5", "text or a number"]),
     "sign of two": (HEAD, HEAD + "\ncontroller: {signs: {A1: 2}}", ["line 6", "1 or -1", "2"]),
     "sign of nobody": (HEAD, HEAD + "\ncontroller: {signs: {J1: -1}}", ["line 6", "'J1'"]),
     "unknown preset": (HEAD, HEAD + "\ncontroller: {preset: abb}", ["line 6", "'abb'", "fanuc"]),
@@ -118,6 +125,18 @@ def test_limits_of_the_study_replace_those_of_the_file() -> None:
     text = GOOD.replace(HEAD, "robot: {urdf: kr270.urdf, limits_deg: {A4: [-180, 170]}}")
     robot = parse_study(text, FOLDER / "study.yaml").robot
     assert np.degrees([robot.lower[3], robot.upper[3]]) == pytest.approx([-180, 170])
+
+
+def test_arguments_are_text_numbers_or_truths(tmp_path: Path) -> None:
+    given = "arguments: {name: arm, empty: '', long: 0.6, fixed: true}"
+    (tmp_path / "arm.xacro").write_text(
+        '<robot name="$(arg name)$(arg empty)-$(arg long)-$(arg fixed)"><link name="base"/>'
+        '<link name="tip"/><joint name="J" type="continuous"><parent link="base"/>'
+        '<child link="tip"/><axis xyz="0 1 0"/></joint></robot>'
+    )
+    text = f"elastocal: 1\nrobot: {{urdf: arm.xacro, {given}}}" + TAIL.replace("[A2]", "[J]")
+    study = parse_study(text.replace("[0, -60]", "[0]"), tmp_path / "study.yaml")
+    assert study.robot.name == "arm-0.6-true"
 
 
 def test_the_reader_remarks_on_what_it_leaves_out(tmp_path: Path) -> None:

@@ -55,11 +55,16 @@ BROKEN: dict[str, tuple[str | tuple[str, str], list[str]]] = {
     "entities in entities": (LAUGHS, ["line 1", "document type", "not accepted"]),
     "entity from outside": (OUTSIDE, ["line 1", "document type"]),
     "unknown entity": (('name="two"', 'name="&x;"'), ["line 1", "undefined entity"]),
-    "unknown encoding": ('<?xml version="1.0" encoding="klingon"?>' + GOOD, ["not valid XML"]),
+    "unknown encoding": (
+        '<?xml version="1.0" encoding="klingon"?>' + GOOD, ["line 1", "'klingon' is not known"]),
+    "no encoding": (
+        '<?xml version="1.0" encoding="idna"?>' + GOOD, ["line 1", "'idna' is not known"]),
+    "no text": ('<?xml version="1.0" encoding="hex"?>' + GOOD, ["line 1", "'hex' is not known"]),
     "deep": ("<robot>" + "<a>" * 200, ["line 1", "nested more than 100 deep"]),
     "long": ("<robot>" + "<a/>" * 200_001, ["line 1", "more than 200000 elements"]),
     "not a robot": ("<sdf/>", ["line 1", "begins with <robot>", "<sdf>"]),
     "xacro inside": (("<link name=\"base\"/>", "<xacro:arm/>"), ["line 2", ".xacro"]),
+    "xacro in a number": (('xyz="0.5 0 0"', 'xyz="${x} 0 0"'), ["line 16", "this is xacro"]),
     "no links": ('<robot name="r"/>', ["line 1", "no links"]),
     "no joints": ('<robot name="r"><link name="a"/></robot>', ["no joint moves", "'a'"]),
     "link without a name": (('<link name="tip"/>', "<link/>"), ["line 7", "<link> has no 'name'"]),
@@ -149,6 +154,69 @@ def test_a_broken_file_gets_its_sentence(what: str) -> None:
     assert len(message) < 300
     for words in expected:
         assert words in message
+
+
+LATIN = '<?xml version="1.0" encoding="{}"?>\n' + GOOD.replace('"two"', '"{}"')
+NAMES = {
+    "ISO-8859-1": "Prüfstand",
+    "windows-1252": "Prüfstand",
+    "gb2312": "机器人",
+    "Shift_JIS": "ロボット",
+    "UTF-8": "Робот",
+    "utf-16": "Робот",
+    "utf-32": "机器人",
+}
+
+
+@pytest.mark.parametrize("encoding", NAMES)
+def test_a_file_is_read_in_the_encoding_it_declares(encoding: str) -> None:
+    text = LATIN.format(encoding, NAMES[encoding])
+    assert read(text.encode(encoding)).name == NAMES[encoding]
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        GOOD.encode("utf-8-sig"),
+        LATIN.format("UTF-8", "two").encode("utf-8-sig"),
+        LATIN.format("UTF-8", "two").encode("utf-16"),  # as editors save what was UTF-8
+        LATIN.format("utf-16", "two").encode("utf-16-le"),
+        GOOD.encode("utf-16-be"),
+    ],
+)
+def test_byte_order_marks_go_before_what_is_declared(data: bytes) -> None:
+    assert read(data).joint_names == ("J1", "J2")
+
+
+def test_bytes_that_are_not_of_the_encoding_are_named_with_their_line() -> None:
+    data = GOOD.replace('"upper"', '"über"').encode("latin-1")
+    with pytest.raises(InputError, match=r"line 3: byte 0xFC is not UTF-8, .* taken to be; save"):
+        read(data)
+    with pytest.raises(InputError, match=r"line 2: byte 0xFF is not GB2312, .* said to be; mend"):
+        read(b'<?xml version="1.0" encoding="gb2312"?>\n\xff' + GOOD.encode())
+
+
+@pytest.mark.parametrize(
+    "useless",
+    [
+        '<axis xzy="0 0 1"/>',
+        '<axis xyz="0 1"/>',
+        '<axis xyz="nan nan nan"/>',
+        '<limit lower="a" upper=""/><dynamics damping="much"/>',
+        "<mimic/>",
+    ],
+)
+def test_what_means_nothing_for_a_fixed_joint_is_not_looked_at(useless: str) -> None:
+    robot = read(edited(END, END.replace("<parent", f"{useless}<parent")))
+    assert robot.joint_names == ("J1", "J2")
+    assert forward_kinematics(robot, np.zeros((1, 2))) == pytest.approx(
+        forward_kinematics(read(GOOD), np.zeros((1, 2)))
+    )
+
+
+def test_limits_of_an_endless_joint_mean_nothing() -> None:
+    endless = edited('type="revolute"', 'type="continuous"').replace("-2", "none")
+    assert np.isinf(read(endless).joints[0].upper)
 
 
 def test_names_of_base_and_tip_that_are_not_there() -> None:

@@ -78,3 +78,83 @@ def test_without_the_package_it_says_what_to_install(
     monkeypatch.setattr(xacro_text, "find_spec", lambda _: None)
     with pytest.raises(InputError, match=r"pip install 'elastocal\[xacro\]'"):
         from_urdf(arm(tmp_path, "parts.xacro"))
+
+
+ARGUED = HEAD.format("$(arg name)") + (
+    '<xacro:arg name="name" default="arm"/><xacro:arg name="prefix" default=""/>'
+    '<xacro:include filename="parts.xacro"/><link name="base"/>'
+    '<xacro:turn n="1" below="base" above="$(arg prefix)a" z="${1000 * $(arg reach_m)}"/></robot>'
+)
+
+
+def argued(folder: Path) -> Path:
+    path = folder / "argued.xacro"
+    path.write_text(ARGUED)
+    (folder / "parts.xacro").write_text(MACRO)
+    return path
+
+
+def test_arguments_are_handed_on(tmp_path: Path) -> None:
+    given = {"name": "long", "prefix": "left_", "reach_m": "0.6"}
+    robot = from_urdf(argued(tmp_path), arguments=given)
+    assert robot.name == "long"
+    assert robot.joints[0].T_parent_joint[2, 3] == pytest.approx(0.6)
+    assert "expanded with arguments name: long, prefix: left_, reach_m: 0.6" in robot.remarks
+    other = from_urdf(argued(tmp_path), arguments=given | {"reach_m": "0.7"})
+    assert other.sha256 != robot.sha256
+
+
+def test_an_argument_that_is_missing_is_named_with_the_ways_out(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"argument 'reach_m' has no value; .*reach_m: ….*or") as e:
+        from_urdf(argued(tmp_path), arguments={"name": "arm"})
+    assert "xacro argued.xacro reach_m:=… > argued.urdf" in str(e.value)
+
+
+def test_an_argument_that_nothing_asks_for_is_refused(tmp_path: Path) -> None:
+    given = {"name": "arm", "reach_m": "1"}
+    with pytest.raises(InputError, match=r"no xacro argument 'prefx'; did you mean 'prefix'"):
+        from_urdf(argued(tmp_path), arguments=given | {"prefx": "a"})
+    with pytest.raises(InputError, match=r"argument 'zzz'; it has name, prefix, reach_m"):
+        from_urdf(argued(tmp_path), arguments=given | {"zzz": "a"})
+    path = tmp_path / "plain.xacro"
+    path.write_text(HEAD.format("plain") + '<link name="a"/></robot>')
+    with pytest.raises(InputError, match=r"argument 'zzz'; it has none"):
+        from_urdf(path, arguments={"zzz": "a"})
+    urdf = tmp_path / "plain.urdf"
+    urdf.write_text('<robot name="plain"/>')
+    with pytest.raises(InputError, match=r"arguments are for xacro files"):
+        from_urdf(urdf, arguments={"zzz": "a"})
+
+
+def test_the_cause_is_said_and_not_what_was_evaluated_around_it(tmp_path: Path) -> None:
+    path = tmp_path / "bad.xacro"
+    path.write_text(
+        HEAD.format("bad")
+        + '<xacro:property name="speeds" value="${xacro.load_yaml(\'speeds.yaml\')}"/>'
+        + "<link name=\"${radians(speeds['j1'])}\"/></robot>"
+    )
+    with pytest.raises(InputError, match=r"No such file or directory: 'speeds\.yaml'") as caught:
+        from_urdf(path)
+    assert "radians" not in str(caught.value)
+
+
+def test_a_file_of_macros_is_named_as_such(tmp_path: Path) -> None:
+    path = tmp_path / "parts.xacro"
+    path.write_text(MACRO)
+    with pytest.raises(InputError, match=r"only defines macros \(turn\) .* file that calls them"):
+        from_urdf(path)
+
+
+def test_the_hash_does_not_depend_on_where_the_files_are(tmp_path: Path) -> None:
+    mesh = '<visual><geometry><mesh filename="file://$(find parts)/a.stl"/></geometry></visual>'
+    found = []
+    for place in ("here", "there"):
+        folder = tmp_path / place
+        (folder / "parts").mkdir(parents=True)
+        (folder / "parts" / "parts.xacro").write_text(MACRO)
+        (folder / "parts" / "a.stl").write_text("solid")
+        path = arm(folder, "$(find parts)/parts.xacro")
+        path.write_text(path.read_text().replace('"base"/>', f'"base">{mesh}</link>', 1))
+        found.append(from_urdf(path, packages={"parts": folder / "parts"}))
+        assert found[-1].visuals[0].mesh == folder / "parts" / "a.stl"
+    assert found[0].sha256 == found[1].sha256

@@ -13,6 +13,7 @@ from elastocal.errors import InputError
 from elastocal.files.study.joint_values import by_joint, configuration
 from elastocal.files.study.tools import find_tool
 from elastocal.files.values import (
+    Argument,
     DegreeRange,
     Degrees,
     FileName,
@@ -65,6 +66,7 @@ class UrdfRobotFile(Section):
     base: Name | None = None
     tip: Name | None = None
     packages: dict[Name, FileName] = Field(default_factory=dict)
+    arguments: dict[Name, Argument] = Field(default_factory=dict)
     limits_deg: dict[Name, DegreeRange] = Field(default_factory=dict)
     limits_mm: dict[Name, MillimetreRange] = Field(default_factory=dict)
 
@@ -118,12 +120,12 @@ def robot_of(entry: str | DHRobotFile | UrdfRobotFile, file: Path) -> Robot:
 
 def _from_file(entry: UrdfRobotFile, file: Path) -> Robot:
     path = file.parent / entry.urdf
-    if not path.exists():
+    if not _exists(path):
         embedded = file.suffix.lower() == ".json"
         hint = "; name the study with --study, or put the file there" if embedded else ""
         raise LocatedError(
             ("urdf",),
-            f"robot file {entry.urdf!r} is not there; it is looked for in {file.parent}, the "
+            f"robot file {entry.urdf[:120]!r} is not there; it is looked for in {file.parent}, the "
             f"folder of {file.name}{hint}",
         )
     twice = next((name for name in entry.limits_mm if name in entry.limits_deg), None)
@@ -131,9 +133,23 @@ def _from_file(entry: UrdfRobotFile, file: Path) -> Robot:
         raise LocatedError(("limits_mm", twice), f"joint {twice!r} has limits in degrees and mm")
     limits = {n: (low, high) for n, (low, high) in (entry.limits_deg | entry.limits_mm).items()}
     packages = {name: file.parent / folder for name, folder in entry.packages.items()}
-    robot = from_urdf(path, base=entry.base, tip=entry.tip, packages=packages, limits=limits)
+    robot = from_urdf(
+        path,
+        base=entry.base,
+        tip=entry.tip,
+        packages=packages,
+        arguments=entry.arguments,
+        limits=limits,
+    )
     list(by_joint(robot, entry, "limits_{}"))  # for its errors
     return robot
+
+
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except (OSError, ValueError):  # too long for a name, or with characters that none has
+        return False
 
 
 def _from_table(entry: DHRobotFile) -> Robot:

@@ -35,6 +35,7 @@ def from_urdf(
     base: str | None = None,
     tip: str | None = None,
     packages: Mapping[str, str | Path] | None = None,
+    arguments: Mapping[str, str] | None = None,
     limits: Limits | None = None,
 ) -> Robot:
     """Robot of a URDF or xacro file.
@@ -44,6 +45,7 @@ def from_urdf(
         base: Link that is the base frame; the one without a parent if not given.
         tip: Link that is the flange; the only end of the chain if not given.
         packages: Folders of packages, for meshes named package://... and for xacro's find.
+        arguments: Arguments of a xacro file by name.
         limits: Lower and upper limits by joint that replace those of the file [rad or m].
 
     Raises:
@@ -55,9 +57,18 @@ def from_urdf(
     if path.suffix.lower() == ".xacro":
         from elastocal.robot.sources.xacro_text import expanded
 
-        data = expanded(path, folders)
+        data = expanded(path, folders, arguments)
+    elif arguments:
+        raise InputError(
+            f"{path}: arguments are for xacro files, whose names end in .xacro; this one is read "
+            "as it is"
+        )
     meshes = MeshFiles(path.parent, folders)
-    return parse_urdf(data, str(path), meshes, base=base, tip=tip, limits=limits)
+    robot = parse_urdf(data, str(path), meshes, base=base, tip=tip, limits=limits)
+    if not arguments:
+        return robot
+    given = ", ".join(f"{name}: {value}" for name, value in arguments.items())
+    return replace(robot, remarks=(f"expanded with arguments {given}", *robot.remarks))
 
 
 def parse_urdf(

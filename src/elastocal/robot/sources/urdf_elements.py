@@ -19,6 +19,8 @@ from elastocal.robot.shapes import DIMENSIONS, Shape
 from elastocal.robot.sources.xml_tree import Node, parse_xml
 
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
+_LIMITED = ("revolute", "prismatic")
+_ALONG_AN_AXIS = (*_LIMITED, "continuous")
 _NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?", re.ASCII)
 _LARGEST, _LONGEST = 1e30, 64
 _HUGE = 50.0  # size of a shape [m] that is probably millimetres
@@ -158,12 +160,13 @@ def _read_joints(urdf: Urdf, root: Node, links: set[str]) -> None:
         parents[child] = name
         pose, axis, follows = _pose(node), np.array([1.0, 0.0, 0.0]), ""
         limits: dict[str, float] = {}
-        for inner in node.all("axis")[:1]:
+        # What means nothing for a joint of this type is not looked at.
+        for inner in node.all("axis")[:1] if kind in _ALONG_AN_AXIS else ():
             axis = _numbers(inner, "xyz", 3)
-        for inner in node.all("limit")[:1]:
+        for inner in node.all("limit")[:1] if kind in _LIMITED else ():
             given = _given(inner, ("lower", "upper"), 1)
             limits = {key: float(value[0]) for key, value in given.items()}
-        for inner in node.all("mimic")[:1]:
+        for inner in node.all("mimic")[:1] if kind in _ALONG_AN_AXIS else ():
             follows = _attribute(inner, "joint")
         at = f"{node.place}: joint {name!r}"
         lower, upper = limits.get("lower"), limits.get("upper")
@@ -265,18 +268,24 @@ def _numbers(node: Node, key: str, count: int) -> Array:
     words = _attribute(node, key).split()
     if len(words) != count:
         what = "a number" if count == 1 else f"{count} numbers with spaces between"
-        hint = "; write the decimal point as '.'" if "," in node.attributes[key] else ""
+        hint = _hint(node.attributes[key])
         raise node.error(
             f"{key!r} of <{node.tag}> must be {what}, found {node.attributes[key][:40]!r}{hint}"
         )
     for word in words:
         plain = len(word) <= _LONGEST and _NUMBER.fullmatch(word)
         if not plain or not abs(float(word)) < _LARGEST:
-            hint = "; write the decimal point as '.'" if "," in word else ""
             raise node.error(
-                f"{key!r} of <{node.tag}> must be finite numbers, found {word[:40]!r}{hint}"
+                f"{key!r} of <{node.tag}> must be finite numbers, found {word[:40]!r}{_hint(word)}"
             )
     return np.array([float(word) for word in words])
+
+
+def _hint(written: str) -> str:
+    """What may be meant by a text that is no number."""
+    if "${" in written or "$(" in written:
+        return "; this is xacro: give the file a name that ends in .xacro, or expand it"
+    return "; write the decimal point as '.'" if "," in written else ""
 
 
 def _walk(node: Node) -> Iterator[Node]:

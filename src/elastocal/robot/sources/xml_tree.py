@@ -6,12 +6,26 @@ what makes XML dangerous needs a document type, and a robot file has none.
 
 from __future__ import annotations
 
+import codecs
+import re
 from dataclasses import dataclass, field
 from xml.parsers import expat
 
 from elastocal.errors import InputError
 
 _DEEPEST, _MOST = 100, 200_000
+_MARKS = (
+    (codecs.BOM_UTF8, "utf-8-sig"),
+    (codecs.BOM_UTF32_LE, "utf-32"),
+    (codecs.BOM_UTF32_BE, "utf-32"),
+    (codecs.BOM_UTF16_LE, "utf-16"),
+    (codecs.BOM_UTF16_BE, "utf-16"),
+    (b"<\0", "utf-16-le"),
+    (b"\0<", "utf-16-be"),
+)
+"""How a file in each encoding begins, if it is not one that holds ASCII as it is."""
+_DECLARED = re.compile(rb"""<\?xml[^>]{0,80}?\sencoding\s*=\s*["']([A-Za-z0-9._-]{1,40})["']""")
+_NO_CHARACTER_SETS = {"idna", "punycode", "unicode-escape", "raw-unicode-escape", "undefined"}
 
 
 @dataclass
@@ -46,7 +60,8 @@ def parse_xml(data: bytes, where: str) -> Node:
         InputError: not well-formed, with a document type, nested too deeply or too long.
     """
     builder = _Builder(where)
-    parser = expat.ParserCreate()
+    text = _decoded(data, where)
+    parser = expat.ParserCreate("utf-8")
     parser.buffer_text = True
     parser.StartElementHandler = lambda tag, found: builder.start(
         tag, found, parser.CurrentLineNumber
@@ -57,18 +72,45 @@ def parse_xml(data: bytes, where: str) -> Node:
         "a document type (<!DOCTYPE>) is not accepted, nor are entities; remove it",
     )
     try:
-        parser.Parse(data, True)
+        parser.Parse(text.encode(), True)
     except expat.ExpatError as error:
         raise InputError(
             f"{where}, line {error.lineno}, column {error.offset + 1}: not valid XML: "
             f"{expat.ErrorString(error.code)}"
         ) from None
-    except (ValueError, LookupError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"{where}: not valid XML: {error}") from None
     assert builder.root is not None
     return builder.root
+
+
+def _decoded(data: bytes, where: str) -> str:
+    """The text of `data`: by its byte order mark, else as it declares, else UTF-8.
+
+    Source: Extensible Markup Language (XML) 1.0, appendix F.
+    """
+    marked = next((name for mark, name in _MARKS if data.startswith(mark)), "")
+    declared = _DECLARED.match(data)
+    said = declared[1].decode() if declared else ""
+    encoding = marked or said or "utf-8"
+    try:
+        if codecs.lookup(encoding).name in _NO_CHARACTER_SETS:
+            raise LookupError
+        return data.decode(encoding)
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        mend = (
+            "mend that byte or what it declares"
+            if said or marked
+            else 'save it as UTF-8, or let it begin with <?xml version="1.0" encoding="…"?>'
+        )
+        how = "begins" if marked else "is said to be" if said else "is taken to be"
+        raise InputError(
+            f"{where}, line {line}: byte 0x{data[error.start]:02X} is not {encoding.upper()}, as "
+            f"which the file {how}; {mend}"
+        ) from None
+    except LookupError:
+        raise InputError(
+            f"{where}, line 1: encoding {said[:40]!r} is not known; save the file as UTF-8"
+        ) from None
 
 
 class _Builder:
