@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from elastocal.constraints import HalfSpace
+from elastocal.constraints import HalfSpace, Tilt
+from elastocal.design.oracle import restore
 from elastocal.elastic.allowed_loads import FreeDirection, InPlane
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InfeasibleError
@@ -194,6 +195,50 @@ def test_a_set_that_no_random_point_hits_is_sampled_and_stirred() -> None:
     assert (room >= 0.0).all()
     assert np.median(room) > 1e-3
     assert len(np.unique(np.round(high, 6), axis=0)) > 200
+
+
+def in_a_small_box(half_angle_deg: float) -> LoadCaseSpace:
+    """KR-270 with its load point in a box of 60 mm and a force in a cone: 1e-5 of random points."""
+    space = kr270(A0, force=cone(half_angle_deg)).space
+    sides = []
+    for axis, middle in enumerate((1.8, 0.0, 1.5)):
+        for sign in (1.0, -1.0):
+            normal, name = [0.0, 0.0, 0.0], f"{'xyz'[axis]} {'<=' if sign < 0 else '>='}"
+            normal[axis] = sign
+            point = space.arm.tool.load_point
+            sides.append(HalfSpace(name, point, normal, sign * middle - 0.03))
+    return replace(space, constraints=(*space.constraints, *sides))
+
+
+@pytest.mark.parametrize("half_angle_deg", [0.5, 6.0, 60.0])
+def test_loads_of_a_thin_set_stay_in_their_cone(half_angle_deg: float) -> None:
+    """Moving points about in a thin set turns their loads, too, but never out of the cone."""
+    space = in_a_small_box(half_angle_deg)
+    x = space.sample(500, np.random.default_rng(3))
+    assert (space.evaluate(x).margins >= -1e-12).all()
+    wrench = space.load_cases(x).wrench
+    angle = np.degrees(np.arccos(-wrench[:, 2] / np.linalg.norm(wrench[:, :3], axis=1)))
+    assert angle.max() <= half_angle_deg * (1.0 + 1e-6)
+    assert angle.max() > 0.8 * half_angle_deg
+
+
+def test_points_of_a_thin_set_are_no_copies() -> None:
+    """Also where most random points cannot be restored: further ones are drawn instead."""
+    space = in_a_small_box(6.0)
+    upright = Tilt("tilt", [1.0, 0.0, 0.0], [0.0, 0.0, -1.0], np.radians(2.0))
+    space = replace(space, constraints=(*space.constraints[3:], upright))
+    drawn = space._draw(1000, np.random.default_rng(5))
+    assert space.feasible(restore(space, drawn)).mean() < 0.5
+    x = space.sample(900, np.random.default_rng(4))
+    assert len(x) == 900
+    assert len(np.unique(np.round(x, 7), axis=0)) == 900
+
+
+def test_where_everything_is_held_there_is_one_point() -> None:
+    space = kr270(A0).space
+    q = [0.0, -1.2, 1.5, 0.3, -0.5, 0.2]
+    held = replace(space, constraints=(), limits=np.array([q, q]))
+    assert held.sample(600, np.random.default_rng(0)) == pytest.approx(np.array([q]))
 
 
 def test_an_impossible_constraint_is_named() -> None:

@@ -182,7 +182,7 @@ def _validate(
 def _random_plan(study: Study, count: int, rng: np.random.Generator) -> tuple[LoadCases, IntArray]:
     """Random load cases that the study allows, each measured once."""
     cases = study.space.load_cases(study.space.sample(count, rng))
-    return cases, np.ones(count, dtype=np.int64)
+    return cases, np.ones(len(cases), dtype=np.int64)
 
 
 def _compensate(

@@ -85,8 +85,9 @@ def continuous_design(
     pool_informations = information(space.evaluate(pool).blocks)
     flat_pool = pool_informations.reshape(len(pool), -1)
     # Of very many members those that decide at some design or other, and later where it leads.
-    spread = base + pool_informations[: len(pool) // _SPREAD * _SPREAD].reshape(
-        -1, _SPREAD, *base.shape
+    size = min(_SPREAD, len(pool))
+    spread = base + pool_informations[: len(pool) // size * size].reshape(
+        -1, size, *base.shape
     ).mean(axis=1)
     seen = [spread]
     criterion, chosen = _weighed(

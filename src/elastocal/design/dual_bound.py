@@ -35,7 +35,7 @@ class DualBound:
         offset: tr(G B), what is there anyway, per unit of weight.
         largest: Largest sensitivity found, max_x tr(G M_x).
         x_largest: (d,) where it was found.
-        starts: Fresh random starts of the search.
+        starts: Distinct fresh random starts of the search.
         attained: How many of them reached `largest` within 1e-4.
         x_found: (K, d) the local maxima found.
         s_found: (K,) their sensitivities.
@@ -89,15 +89,16 @@ def dual_bound(
     found, s, fresh_found = np.zeros((0, known.shape[1])), np.zeros(0), np.zeros(0, dtype=bool)
     starts, batch = 0, fresh
     while True:
-        begin = np.concatenate([known, space.sample(batch, rng)])
+        drawn = space.sample(batch, rng)
+        begin = np.concatenate([known, drawn])
         more, s_more, origin = climb(space, begin, gradient, _patient(len(begin)))
         found, s = np.concatenate([found, more]), np.concatenate([s, s_more])
         fresh_found = np.append(fresh_found, origin >= len(known))
         known = known[:0]
-        starts += batch
+        starts += len(drawn)
         attained = int((s[fresh_found] > s.max() * (1.0 - 1e-4)).sum())
         # A summit that few starts reach may not be the highest: look on.
-        if attained >= _ENOUGH or starts >= _MOST * fresh:
+        if attained >= _ENOUGH or starts >= _MOST * fresh or len(drawn) < batch:
             break
         batch = starts
     # A higher summit may stand beside the highest one found, cut off by a constraint.

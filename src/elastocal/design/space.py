@@ -45,7 +45,10 @@ class DesignSpace(Protocol):
         """(d,) upper bounds of the design variables."""
 
     def sample(self, count: int, rng: np.random.Generator) -> Array:
-        """(count, d) random feasible points, covering the whole feasible set."""
+        """(count, d) distinct random feasible points, covering the whole feasible set.
+
+        Fewer where no more are found.
+        """
 
     def evaluate(self, x: Array) -> DesignEvaluation:
         """Rows, margins and their gradients at `x`, (N, d)."""

@@ -6,7 +6,7 @@ the load is free, the direction of the force and of the moment.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -98,40 +98,43 @@ class LoadCaseSpace:
         return x
 
     def sample(self, count: int, rng: np.random.Generator) -> Array:
-        """(count, d) random feasible points: uniform in the joint ranges, then rejection.
+        """(count, d) distinct random feasible points: uniform in the ranges, then rejection.
 
-        Where nearly all are rejected, random points are moved to the nearest feasible ones.
+        Where nearly all are rejected, random points are moved to the nearest feasible ones. Fewer
+        points come where no more are found in bounded time, one where everything is held.
 
         Raises:
             InfeasibleError: none is found even so; names the constraint in the way.
         """
+        count = count if (self.lower < self.upper).any() else min(count, 1)
         found: list[Array] = []
         total = tried = 0
         while total < count and not (tried >= _ENOUGH_TRIED and total < _THIN * tried):
             drawn = min(20000, max(256, 4 * (count - total)))
             x = self._draw(drawn, rng)
-            x = x[self._feasible(x)]
+            x = x[self.feasible(x)]
             found.append(x)
             total, tried = total + len(x), tried + drawn
         if total < count:
-            found.append(self._sample_thin(count - total, np.concatenate(found), rng))
+            found.append(self._sample_thin(count - total, rng))
+        if not any(map(len, found)) and count:
+            self._raise_infeasible(restore(self, self._draw(1000, rng)))
         return np.concatenate(found)[:count]
 
-    def _sample_thin(self, count: int, known: Array, rng: np.random.Generator) -> Array:
-        """(count, d) points of a thin feasible set: random points restored, then stirred."""
-        restored = restore(self, self._draw(max(2 * count, 1000), rng))
-        feasible = self._feasible(restored)
-        pool = np.concatenate([restored[feasible], known])
-        if not len(pool):
-            self._raise_infeasible(restored)
-        if len(pool) < count:
-            pool = pool[rng.integers(0, len(pool), count)]
-        pool = pool[:count].copy()
+    def _sample_thin(self, count: int, rng: np.random.Generator) -> Array:
+        """At most (count, d) points of a thin feasible set: random ones restored, then stirred."""
+        pool = np.zeros((0, len(self.lower)))
+        for _ in range(_RESTORED):
+            restored = restore(self, self._draw(max(2 * (count - len(pool)), 1000), rng))
+            pool = _distinct(np.concatenate([pool, restored[self.feasible(restored)]]))
+            if len(pool) >= count:
+                break
+        pool = pool[:count]
         half = pool[::2]
         for share in (0.1, 0.03, 0.01):  # from the borders inward, at several scales
             step = share * (self.upper - self.lower) * rng.normal(size=half.shape)
             moved = np.clip(half + step, self.lower, self.upper)
-            inside = self._feasible(moved)
+            inside = self.feasible(moved)
             half[inside] = moved[inside]
         return pool
 
@@ -158,10 +161,16 @@ class LoadCaseSpace:
         doubt = Doubt("no-configuration", (name,), (), depth, constraint.unit)
         raise InfeasibleError(worded(doubt)).with_doubts(doubt)
 
-    def _feasible(self, x: Array) -> BoolArray:
-        """(N,) which design points hold all constraints; the costly ones are asked last."""
+    def feasible(self, x: Array) -> BoolArray:
+        """(N,) which design points (N, d) hold all constraints and have an allowed load.
+
+        The costly constraints are asked last.
+        """
         n = len(self.arm.robot.joints)
-        left = np.arange(len(x))
+        allowed = np.ones(len(x), dtype=bool)
+        for _, room, _ in self._cones(x):
+            allowed &= room >= 0.0
+        left = np.flatnonzero(allowed)
         for costly in (False, True):
             asked = [c for c in self.constraints if c.costly == costly]
             if not asked:
@@ -175,6 +184,14 @@ class LoadCaseSpace:
         feasible = np.zeros(len(x), dtype=bool)
         feasible[left] = True
         return feasible
+
+    def _cones(self, x: Array) -> Iterator[tuple[int, Array, Array]]:
+        """Each cone of directions: first of its three variables, margin (N,), gradient (3, N)."""
+        start = len(self.arm.robot.joints)
+        for load in (self.force, self.moment):
+            if isinstance(load, FreeDirection) and load.is_cone:
+                yield start, *load.cone(x.T[start : start + 3])
+            start += load.variables
 
     def _configuration_margins(self, x: Array) -> Array:
         n = len(self.arm.robot.joints)
@@ -192,6 +209,14 @@ class LoadCaseSpace:
 
 _ENOUGH_TRIED = 100_000  # random points before rejection is given up ...
 _THIN = 0.003  # ... if fewer than this share are feasible
+_RESTORED = 20  # rounds of restoring random points, of twice what is missing each
+_SAME = 1e-9  # design points closer than this in every variable are one [rad, m]
+
+
+def _distinct(x: Array) -> Array:
+    """The design points (N, d) without copies, in their order."""
+    _, first = np.unique(np.round(x / _SAME), axis=0, return_index=True)
+    return x[np.sort(first)]
 
 
 class LoadCaseEvaluation:
@@ -234,13 +259,10 @@ class _Part:
         results = [constraint.at(posture) for constraint in space.constraints]
         margins = [margin for margin, _ in results]
         self.pulls = [pull for _, pull in results]
-        start, self.cones = n, []
-        for load in (space.force, space.moment):
-            if isinstance(load, FreeDirection) and load.is_cone:
-                margin, gradient = load.cone(x.T[start : start + 3])
-                margins.append(margin)
-                self.cones.append((start, gradient))
-            start += load.variables
+        self.cones = []
+        for start, margin, gradient in space._cones(x):
+            margins.append(margin)
+            self.cones.append((start, gradient))
         self.margins = np.array(margins).reshape(len(margins), len(x)).T
 
     def pull(self, block_cotangent: Array, margin_cotangent: Array) -> Array:
