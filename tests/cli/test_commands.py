@@ -286,7 +286,7 @@ def test_interrupt_leaves_old_files_alone(tmp_path: Path) -> None:
     out = tmp_path / "plan.json"
     out.write_text("old", encoding="utf-8")
     process = subprocess.Popen(
-        [sys.executable, "-m", "elastocal", "plan", study, "--out", out],
+        [sys.executable, "-m", "elastocal", "plan", study, "--out", out, "--force"],
         stderr=subprocess.PIPE,
         env=os.environ | {"PYTHONWARNINGS": "error"},
         text=True,

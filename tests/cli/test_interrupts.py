@@ -82,8 +82,8 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_old_output_stays_whole(name: str, made: Path, tmp_path: Path) -> None:
     for file in made.iterdir():
         (tmp_path / file.name).write_bytes(file.read_bytes())
-    arguments = COMMANDS[name]
-    out = tmp_path / arguments[-1]
+    arguments = [*COMMANDS[name], "--force"]
+    out = tmp_path / COMMANDS[name][-1]
     before = {path.name for path in tmp_path.iterdir()} | {out.name, "out.csv", "out.dat"}
     log = tmp_path.with_suffix(".log")
     for module, delay in MOMENTS:

@@ -46,6 +46,9 @@ Start = Annotated[
     str | None,
     typer.Option(help='Near the first point, for paths of poses: "A1=0deg A2=-90deg …".'),
 ]
+Overwrite = Annotated[
+    bool, typer.Option("--force", help="Write over files that elastocal did not write.")
+]
 Known = Annotated[
     Path | None, typer.Option(help="Model of further joints, which bend; instead of the study's.")
 ]
@@ -108,8 +111,33 @@ def writable(path: Path, *inputs: Path, suffix: str = "") -> None:
         raise InputError(f"{path}: the folder {path.parent} cannot be written to")
     if suffix and path.suffix.lower() != suffix:
         raise InputError(f"{path}: expected a name that ends in {suffix}")
-    if any(path.resolve() == given.resolve() for given in inputs):
+    if any(_same_file(path, given) for given in inputs):
         raise InputError(f"{path}: would be written over the file it is made from")
+
+
+def _same_file(one: Path, other: Path) -> bool:
+    """Whether two names are of one file, be it by a link or by letters of another case."""
+    if one.exists() and other.exists():
+        return one.samefile(other)
+    return one.resolve() == other.resolve()
+
+
+def replaceable(path: Path, kind: str, *, force: bool, text: str = "") -> None:
+    """Refuse to write over a file that is not ours.
+
+    Args:
+        path: The file to write.
+        kind: What is to be written, as its signature says; only the like of it is replaced.
+        force: Whether to write over any file.
+        text: What is to be written, where that is known: nothing is lost if it is there already.
+    """
+    from elastocal.files.texts import SAME, kind_of_file
+
+    if not force and path.exists() and kind_of_file(path, text) not in (kind, SAME):
+        raise InputError(
+            f"{path}: exists already, and elastocal did not write it as {kind.split(',')[0]}, or "
+            "it was changed since; choose another name, or write over it with --force"
+        )
 
 
 def print_json(document: Any) -> None:

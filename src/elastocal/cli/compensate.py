@@ -11,12 +11,14 @@ import typer
 from elastocal.cli.common import (
     Force,
     Json,
+    Overwrite,
     Start,
     StudyPath,
     Torque,
     app,
     guarded,
     print_json,
+    replaceable,
     writable,
 )
 from elastocal.errors import InfeasibleError, InputError
@@ -51,6 +53,7 @@ def compensate_command(
         str | None,
         typer.Option(help="Robot program to write beside: krl, rapid, fanuc, urscript, ros, csv."),
     ] = None,
+    force: Overwrite = False,
     as_json: Json = False,
 ) -> None:
     """Correct a path for the deflection under its load; say what error remains."""
@@ -71,6 +74,7 @@ def compensate_command(
     study = read_study(study_file)
     given += sources_of(study, study_file)
     writable(out, *given)
+    replaceable(out, "corrected path", force=force)
     used = tool_called(study, tool)
     compliances = models_at([model, *(more or [])], study.robot)
     wrench = load(force_n, torque_nm)
@@ -93,14 +97,20 @@ def compensate_command(
         show_stiffness(there)
     _refuse(done, task)
     # The program first: it can be refused.
-    files = _program(study, done, task, to, out, given) if to else []
+    files = _program(study, done, task, to, out, given, force) if to else []
     write_corrected(done, task, out)
     if not as_json:
         print("wrote " + " and ".join(str(file) for file in (out, *files)))
 
 
 def _program(
-    study: Study, done: Compensation, task: ToolPath, to: str, out: Path, given: list[Path]
+    study: Study,
+    done: Compensation,
+    task: ToolPath,
+    to: str,
+    out: Path,
+    given: list[Path],
+    force: bool,
 ) -> list[Path]:
     """Write the corrected path as a robot program, named like the corrected file."""
     from elastocal.cli.programs import write_program
@@ -116,7 +126,7 @@ def _program(
     )
     coupled = study.controller is not None and not study.controller.is_identity
     settings = Settings(coupling=study.controller if coupled else None)
-    return write_program(program, to, settings, out.parent, "", *given, out)
+    return write_program(program, to, settings, out.parent, "", *given, out, force=force)
 
 
 def _refuse(done: Compensation, task: ToolPath) -> None:

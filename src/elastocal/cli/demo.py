@@ -7,16 +7,17 @@ from typing import Annotated
 
 import typer
 
-from elastocal.cli.common import Seed, app, guarded
+from elastocal.cli.common import Overwrite, Seed, app, guarded
 
 
 @app.command("demo")
 @guarded
 def demo_command(
     folder: Annotated[Path, typer.Argument(help="Folder to write to.")] = Path("demo"),
+    force: Overwrite = False,
     seed: Seed = 0,
 ) -> None:
     """Do the whole job on the KUKA KR 270 of the paper, from plan to corrected path and report."""
     from elastocal.cli.virtual_job import do_job
 
-    do_job(folder, seed)
+    do_job(folder, seed, force)

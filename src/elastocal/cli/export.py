@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from elastocal.cli.common import Json, app, guarded, print_json
+from elastocal.cli.common import Json, Overwrite, app, guarded, print_json
 from elastocal.errors import InputError
 
 if TYPE_CHECKING:
@@ -42,6 +42,7 @@ def export_command(
     trigger: Annotated[
         str, typer.Option(help="Output that triggers the instrument: number or signal name.")
     ] = "",
+    force: Overwrite = False,
     as_json: Json = False,
 ) -> None:
     """Write the plan as a robot program; refuse a plan that breaks a constraint."""
@@ -77,7 +78,7 @@ def export_command(
     )
     given = [plan_file, *([study_file] if study_file else [])]
     given += sources_of(study, given[-1])
-    files = write_program(program, to, settings, folder, name, *given)
+    files = write_program(program, to, settings, folder, name, *given, force=force)
     if as_json:
         print_json({"program": program.name, "files": [str(path) for path in files]})
         return

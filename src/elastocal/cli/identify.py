@@ -11,12 +11,14 @@ from elastocal.cli.common import (
     Json,
     Known,
     Mapping,
+    Overwrite,
     Prior,
     Readings,
     StudyPath,
     app,
     guarded,
     print_json,
+    replaceable,
     writable,
 )
 from elastocal.errors import InputError
@@ -43,6 +45,7 @@ def identify_command(
     prior: Prior = None,
     known: Known = None,
     confidence: Annotated[float, typer.Option(help="Confidence of the intervals.")] = 0.95,
+    force: Overwrite = False,
     as_json: Json = False,
 ) -> None:
     """Identify the compliances from measurements; write model.json."""
@@ -60,11 +63,13 @@ def identify_command(
     from elastocal.identification.identify import identify
 
     models = [file for file in (mapping, prior, known) if file is not None]
-    writable(out, study_file, *measurements, *models, suffix=".json")
+    given = [study_file, *measurements, *models]
+    writable(out, *given, suffix=".json")
     study = read_study(study_file, known_in(known))
     if study.known is not None and known is None:
         known = study_file.parent / study.known.source
     writable(out, *sources_of(study, study_file, known))
+    replaceable(out, "model", force=force)
     known_compliances = known_model(None, study)
     data = readings(study, measurements, mapping)
     refuse_twice(data, prior, known)

@@ -12,6 +12,7 @@ import typer
 from elastocal.cli.common import (
     Force,
     Json,
+    Overwrite,
     Seed,
     Start,
     StudyPath,
@@ -19,6 +20,7 @@ from elastocal.cli.common import (
     app,
     guarded,
     print_json,
+    replaceable,
     writable,
 )
 from elastocal.errors import InfeasibleError, InputError
@@ -53,6 +55,7 @@ def plan_command(
         Path | None,
         typer.Option(help="What is known of further joints: model.json, or plan.json of a step 1."),
     ] = None,
+    force: Overwrite = False,
     seed: Seed = 0,
     as_json: Json = False,
 ) -> None:
@@ -66,10 +69,12 @@ def plan_command(
     from elastocal.wording import worded
 
     given = [study_file, *(after or [])]
+    sheet = out.with_suffix(".csv")
     writable(out, *given, suffix=".json")
     study = read_study(study_file, known_in(known))
-    for file in (out, out.with_suffix(".csv")):
+    for file, kind in ((out, "plan"), (sheet, "run sheet")):
         writable(file, *given, *sources_of(study, study_file, known))
+        replaceable(file, kind, force=force)
     study = _overridden(study, count, max_configurations, criterion)
     if after:
         study = _rest(study, after, as_json)
@@ -80,7 +85,7 @@ def plan_command(
         print_json(plan_document(made))
         return
     show_plan(made)
-    print(f"wrote {out} and {out.with_suffix('.csv')}")
+    print(f"wrote {out} and {sheet}")
 
 
 def _rest(study: Study, measured: list[Path], as_json: bool) -> Study:

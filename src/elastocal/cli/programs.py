@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from elastocal.cli.common import writable
+from elastocal.cli.common import replaceable, writable
 from elastocal.errors import InputError
 from elastocal.files.texts import write_text
 from elastocal.programs.robot_program import RobotProgram
@@ -18,6 +18,7 @@ def write_program(
     folder: Path,
     name: str,
     *inputs: Path,
+    force: bool,
 ) -> list[Path]:
     """Write a program for a controller; refuse a file name that the controller does not take."""
     files = {folder / file: text for file, text in export(program, to, settings).items()}
@@ -26,6 +27,7 @@ def write_program(
         raise InputError(f"{folder / name}: not a program name for {to}, {made!r} would be one")
     for path in files:
         writable(path, *inputs)
+        replaceable(path, "program", force=force)
     for path, text in files.items():
         write_text(path, text)
     return list(files)

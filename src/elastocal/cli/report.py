@@ -8,7 +8,17 @@ from typing import Annotated
 
 import typer
 
-from elastocal.cli.common import Known, Mapping, Prior, Seed, app, guarded, writable
+from elastocal.cli.common import (
+    Known,
+    Mapping,
+    Overwrite,
+    Prior,
+    Seed,
+    app,
+    guarded,
+    replaceable,
+    writable,
+)
 from elastocal.errors import InputError
 
 Measured = Annotated[
@@ -50,6 +60,7 @@ def report_command(
         int, typer.Option(help="Random plans beside them, with campaigns of their own.", min=0)
     ] = 0,
     confidence: Annotated[float, typer.Option(help="Confidence of the intervals.")] = 0.95,
+    force: Overwrite = False,
     seed: Seed = 0,
 ) -> None:
     """Show a campaign, as far as it has come, as a page that works offline.
@@ -60,7 +71,7 @@ def report_command(
     from elastocal.cli.stages import stages, virtual_campaigns, write_report
     from elastocal.files.models.model_file import read_model
     from elastocal.files.plans.plan_file import read_plan
-    from elastocal.files.plans.proposal_file import read_proposal
+    from elastocal.files.plans.proposal_file import read_proposal, study_for
     from elastocal.planning.assessment import assess
     from elastocal.terminal.console import progress
 
@@ -69,12 +80,15 @@ def report_command(
         raise InputError("--campaigns needs --truth: true compliances to simulate with")
     if random and campaigns is None:
         raise InputError("--random needs --campaigns: how many to simulate")
-    writable(out, plan_file, *([study_file] if study_file else []), *(vs or []), *files.all)
+    named = [plan_file, *([study_file] if study_file else []), *(vs or []), *files.all]
+    writable(out, *named)
     given = study_of_plan(plan_file, study_file)
-    note_origin(plan_file.name, read_proposal(plan_file, given), given)
+    proposal = read_proposal(plan_file, given)
+    writable(out, *sources_of(study_for(proposal, given), study_file or plan_file))
+    replaceable(out, "report", force=force)
+    note_origin(plan_file.name, proposal, given)
     with progress("bound") as tell:
         plan = read_plan(plan_file, given, seed=seed, progress=tell)
-    writable(out, *sources_of(plan.study, study_file or plan_file))
     proposed = proposals(vs or [], plan.study)
     others = {name: assess(plan.study, o.load_cases, o.repeats) for name, o in proposed.items()}
     contents = stages(plan.study, files, tool, confidence)

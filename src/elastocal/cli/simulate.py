@@ -8,7 +8,17 @@ from typing import TYPE_CHECKING, Annotated, cast, get_args
 
 import typer
 
-from elastocal.cli.common import Json, Seed, StudyPath, app, guarded, print_json, writable
+from elastocal.cli.common import (
+    Json,
+    Overwrite,
+    Seed,
+    StudyPath,
+    app,
+    guarded,
+    print_json,
+    replaceable,
+    writable,
+)
 from elastocal.errors import InputError
 from elastocal.identification.choices import Model, Sigma
 
@@ -68,6 +78,7 @@ def simulate_command(
         typer.Option(help="Draw the errors to this file (SVG).", show_default=False),
     ] = None,
     workers: Annotated[int, typer.Option(help="Processes for the campaigns.", min=1)] = 1,
+    force: Overwrite = False,
     seed: Seed = 0,
     as_json: Json = False,
 ) -> None:
@@ -86,11 +97,16 @@ def simulate_command(
     out = out or Path("measurements.csv" if number is None else "campaigns.json")
     if number is None and (random or picture is not None):
         raise InputError("--random and --picture need --campaigns: how many to simulate")
+    given = [study_file, truth, *plans]
+    kind, suffix = ("measurements, version 1", ".csv") if number is None else ("campaigns", ".json")
     if picture is not None:
-        writable(picture, study_file, truth, *plans, suffix=".svg")
-    writable(out, study_file, truth, *plans, suffix=".csv" if number is None else ".json")
+        writable(picture, *given, suffix=".svg")
+    writable(out, *given, suffix=suffix)
     study = read_study(study_file)
-    writable(out, *sources_of(study, study_file))
+    for file, what in ((out, kind), (picture, "picture")):
+        if file is not None:
+            writable(file, *sources_of(study, study_file))
+            replaceable(file, what, force=force)
     true = read_model(truth, study.robot)
     reality = Reality(
         LoadError(load_error_percent / 100.0, float(np.radians(load_direction_deg))),

@@ -9,11 +9,13 @@ import typer
 
 from elastocal.cli.common import (
     Json,
+    Overwrite,
     StudyPath,
     app,
     demo_file,
     guarded,
     print_json,
+    replaceable,
     writable,
 )
 from elastocal.errors import InputError
@@ -27,13 +29,15 @@ if TYPE_CHECKING:
 @guarded
 def init_command(
     path: Annotated[Path, typer.Argument(help="File to write.")] = Path("study.yaml"),
+    force: Overwrite = False,
 ) -> None:
     """Write a commented study file to start from."""
     from elastocal.files.texts import read_text, write_text
 
-    if path.exists():
-        raise InputError(f"{path}: exists already; choose another name")
-    write_text(path, read_text(demo_file("study.yaml")))
+    text = read_text(demo_file("study.yaml"))
+    writable(path)
+    replaceable(path, "study", force=force, text=text)
+    write_text(path, text)
     print(f"wrote {path}: edit it, then run 'elastocal check {path}'")
 
 
@@ -50,6 +54,7 @@ def check_command(
     mapping: Annotated[
         Path | None, typer.Option(help="What their columns mean (YAML).", show_default=False)
     ] = None,
+    force: Overwrite = False,
     as_json: Json = False,
 ) -> None:
     """Say what a study means: robot, reach, units, loads, what is identifiable."""
@@ -58,6 +63,7 @@ def check_command(
     if measurements:
         _check_measurements(study_file, measurements, mapping, as_json)
         return
+    from elastocal.cli.inputs import sources_of
     from elastocal.files.doubt_entries import doubt_entries
     from elastocal.files.study.study_file import read_study
     from elastocal.planning.study_check import check
@@ -69,6 +75,8 @@ def check_command(
             raise InputError(f"{picture}: expected a name that ends in .svg or .html")
     study = read_study(study_file)
     if picture is not None:
+        writable(picture, *sources_of(study, study_file))
+        replaceable(picture, "picture", force=force)
         _draw(study, picture)
     checkup = check(study)
     if as_json:

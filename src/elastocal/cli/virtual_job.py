@@ -12,7 +12,7 @@ import numpy as np
 from rich.text import Text
 
 from elastocal.arrays import IntArray
-from elastocal.cli.common import demo_file
+from elastocal.cli.common import demo_file, replaceable, writable
 from elastocal.cli.inputs import known_model, start_of, tool_called
 from elastocal.cli.planning import planned
 from elastocal.cli.stages import (
@@ -52,13 +52,22 @@ from elastocal.terminal.plans import show_plan
 from elastocal.terminal.stiffness import show_errors_left, show_stiffness
 
 GIVEN = ("study_path.yaml", "study_a1.yaml", "truth.json", "path.csv")
+MADE = {
+    "plan": ("plan.json", "plan_a1.json"),
+    "run sheet": ("plan.csv", "plan_a1.csv"),
+    "measurements, version 1": ("measurements.csv", "measurements_a1.csv", "validation.csv"),
+    "model": ("model_a2_a6.json", "model.json"),
+    "corrected path": ("corrected.csv",),
+    "report": ("report.html",),
+}
+"""Files that the demo makes, by their kind."""
 _KEPT_ASIDE = 8  # random experiments to validate with
 _CAMPAIGNS = 2000
 
 
-def do_job(folder: Path, seed: int) -> None:
+def do_job(folder: Path, seed: int, force: bool) -> None:
     """Do the whole job on the robot of the paper, writing every file to a folder."""
-    _prepare(folder)
+    _prepare(folder, force)
     studies = [read_study(folder / name) for name in ("study_path.yaml", "study_a1.yaml")]
     truth = read_model(folder / "truth.json", studies[0].robot)
     rng = np.random.default_rng([seed, 2])
@@ -100,18 +109,21 @@ def _say(what: str) -> None:
     console.print(Text(f"\n{what}\n", style="bold"))
 
 
-def _prepare(folder: Path) -> None:
-    """The files of the example, in a folder that holds nothing else."""
+def _prepare(folder: Path, force: bool) -> None:
+    """The files of the example, in a folder that holds no others of their names."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{folder}: cannot be made ({error.strerror})") from None
-    for name in GIVEN:
-        text = read_text(demo_file(name))
-        if (folder / name).exists() and read_text(folder / name) != text:
-            raise InputError(
-                f"{folder / name}: exists and is not the demo's; choose another folder"
-            )
+    given = {name: read_text(demo_file(name)) for name in GIVEN}
+    for name, text in given.items():
+        writable(folder / name)
+        replaceable(folder / name, "example", force=force, text=text)
+    for kind, names in MADE.items():
+        for name in names:
+            writable(folder / name)
+            replaceable(folder / name, kind, force=force)
+    for name, text in given.items():
         write_text(folder / name, text)
 
 

@@ -11,8 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from elastocal.errors import InputError
+from elastocal.wording.signature import kind_of, sealed
 
 _LARGEST = 64 * 1024 * 1024
+_LARGEST_OF_OURS = 1024 * 1024 * 1024
 
 
 def read_text(path: Path, *, largest: int = _LARGEST) -> str:
@@ -123,8 +125,23 @@ def finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
+SAME = "the same"
+
+
+def kind_of_file(path: Path, text: str = "") -> str:
+    """What elastocal wrote a file as, such as 'run sheet'; `SAME` if it holds `text`; else empty.
+
+    A file that cannot be read, or was changed since, is not ours.
+    """
+    try:
+        found = read_text(path, largest=_LARGEST_OF_OURS)
+    except InputError:
+        return ""
+    return SAME if text and found == text else kind_of(found)
+
+
 def write_text(path: Path, text: str) -> None:
-    """Write a whole file or nothing: to a temporary file beside it, then rename.
+    """Write a whole file or nothing, its signature sealed: to a file beside it, then rename.
 
     Raises:
         InputError: the place cannot be written to.
@@ -133,7 +150,7 @@ def write_text(path: Path, text: str) -> None:
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
         try:
             with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
-                file.write(text)
+                file.write(sealed(text))
             umask = os.umask(0)
             os.umask(umask)
             os.chmod(name, 0o666 & ~umask)

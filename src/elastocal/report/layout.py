@@ -9,6 +9,7 @@ from importlib.resources import files
 from markupsafe import Markup
 
 from elastocal.drawing.palette import COLOURS
+from elastocal.wording.signature import signature
 
 WIDE, NARROW = 860.0, 350.0
 
@@ -28,7 +29,8 @@ def alone(picture: Markup) -> str:
     style = re.sub(r"var\(--([a-z-]+)\)", lambda found: COLOURS[found[1]], style)
     paper = f'<rect x="-10" y="-10" width="100%" height="100%" fill="{COLOURS["paper"]}"/>'
     begun = re.sub(r"<svg.*?>", _with_margins, str(picture), count=1)
-    return begun.replace("</title>", f"</title>\n<style>\n{style}\n</style>\n{paper}\n", 1) + "\n"
+    whole = begun.replace("</title>", f"</title>\n<style>\n{style}\n</style>\n{paper}\n", 1)
+    return f"{whole}\n<!-- {signature('picture')} -->\n"
 
 
 def _with_margins(found: re.Match[str]) -> str:

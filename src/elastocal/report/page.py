@@ -25,6 +25,7 @@ from elastocal.report.sections.stiffness import stiffness_chapter
 from elastocal.report.sections.validation import validation_chapter
 from elastocal.wording import worded
 from elastocal.wording.numbers import words
+from elastocal.wording.signature import signature
 
 _CHAPTERS = (
     identification_chapter,
@@ -53,6 +54,7 @@ def render(contents: Contents) -> str:
     scenes = {s.id: _script_json(s.scene) for s in sections if s.scene is not None}
     return environment.get_template("page.html").render(
         title=title(contents),
+        signature=signature("report"),
         colours=COLOURS,
         top=_html(top, environment),
         navigation=_navigation(chapters),

@@ -21,6 +21,7 @@ from elastocal.files.measurements.uncertainty import six_of
 from elastocal.files.texts import write_text
 from elastocal.measuring.measurements import Measurements
 from elastocal.robot.chain import Robot
+from elastocal.wording.signature import signature
 
 
 def write_measurements(measurements: Measurements, robot: Robot, path: str | Path) -> None:
@@ -48,7 +49,7 @@ def write_measurements(measurements: Measurements, robot: Robot, path: str | Pat
     header += [name for names, _ in parts for name in names]
     cases = [",".join(f"{v + 0.0:.12g}" for v in row) for row in np.hstack(columns).tolist()]
     out = io.StringIO()
-    out.write("# elastocal measurements, version 1\n")
+    out.write(f"# {signature('measurements, version 1')}\n")
     csv.writer(out, lineterminator="\n").writerow(header)
     experiment = [_quoted(name) for name in m.names]
     marker = [_quoted(name) for name in m.tool.marker_names]

@@ -17,6 +17,7 @@ from elastocal.files.paths.path_file import CORRECTED, ToolPath
 from elastocal.files.texts import write_text
 from elastocal.robot.chain import Robot
 from elastocal.wording import together, worded
+from elastocal.wording.signature import signature
 
 _WRENCH = ("Fx [N]", "Fy [N]", "Fz [N]", "Tx [N.m]", "Ty [N.m]", "Tz [N.m]")
 
@@ -42,10 +43,11 @@ def write_corrected(done: Compensation, task: ToolPath, path: str | Path) -> Non
     ]
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(["point", *(name for names, _, _ in parts for name in names), "remark"])
+    header = ["point", *(name for names, _, _ in parts for name in names), "remark"]
+    writer.writerow([*header, signature("corrected path")])
     for i, point in enumerate(task.names):
         cells = [_shown(v, shown) for _, values, shown in parts for v in values[i]]
-        writer.writerow([point, *cells, together(done.doubts[i])])
+        writer.writerow([point, *cells, together(done.doubts[i]), ""])
     write_text(Path(path), out.getvalue())
 
 

@@ -35,6 +35,7 @@ from elastocal.robot.joint_kinds import KINDS
 from elastocal.study.criteria import CRITERIA
 from elastocal.study.study import Study
 from elastocal.wording import worded
+from elastocal.wording.signature import signature
 
 
 def study_hash(study: Study) -> str:
@@ -215,16 +216,16 @@ def write_run_sheet(plan: Plan, path: str | Path) -> None:
     robot = plan.study.robot
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow([*columns(robot), "repeats", "nearest constraint"])
+    writer.writerow([*columns(robot), "repeats", "nearest constraint", signature("run sheet")])
     scale, count = robot.shown_scale, len(plan.load_cases)
     for i in range(count + 1):
         for q in plan.via[i] if plan.via else ():
             passed = [f"{value:.4f}" for value in scale * q]
-            writer.writerow([VIA, *passed, *["0"] * 6, 0, "passed without stopping"])
+            writer.writerow([VIA, *passed, *["0"] * 6, 0, "passed without stopping", ""])
         if i == count:
             break
         joints = [f"{value:.4f}" for value in scale * plan.load_cases.q[i]]
         loads = [f"{value + 0.0:.9g}" for value in plan.load_cases.wrench[i]]
         near = plan.assessment.nearest[i].name
-        writer.writerow([i + 1, *joints, *loads, int(plan.repeats[i]), near])
+        writer.writerow([i + 1, *joints, *loads, int(plan.repeats[i]), near, ""])
     write_text(Path(path), out.getvalue())

@@ -7,6 +7,7 @@ import textwrap
 from elastocal.programs.robot_program import RobotProgram
 from elastocal.programs.writers.names import ascii_text
 from elastocal.programs.writers.settings import Settings
+from elastocal.wording.signature import signature
 
 SAFETY = "SAFETY: check this program at low speed in manual mode first."
 UNWATCHED = "Motions between the points are not checked for collisions by this file."
@@ -21,7 +22,7 @@ LOAD_DATA = (
 
 
 def header(program: RobotProgram, settings: Settings, width: int, *, units: str) -> list[str]:
-    """Lines of a file's header without comment signs, none longer than `width`."""
+    """Lines of a file's header without comment signs, none longer than `width` >= 32."""
     source = program.provenance
     origin = f"Made by {source.made_by} from {source.study or program.name!r}"
     if source.digest:
@@ -36,7 +37,8 @@ def header(program: RobotProgram, settings: Settings, width: int, *, units: str)
     ]
     if program.experiments:
         sentences.append(LOAD_DATA)
-    return [line for sentence in sentences for line in wrapped(sentence, width)]
+    lines = [line for sentence in sentences for line in wrapped(sentence, width)]
+    return [*lines, signature("program")]
 
 
 def wrapped(text: str, width: int) -> list[str]:

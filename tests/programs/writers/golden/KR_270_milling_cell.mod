@@ -9,6 +9,7 @@ MODULE KR_270_milling_cell
   ! between the points are not checked for collisions by this file.
   ! Set the payload of the empty calibration tool and leave it so, loaded and
   ! unloaded: the controller must not compensate what is to be measured.
+  ! elastocal program 000000000000
   ! Axes: rax_1 A1, rax_2 A2, rax_3 A3, rax_4 A4, rax_5 A5, rax_6 A6.
   ! Replace tool0 by your tool, with its load.
   CONST jointtarget jAP1:=[[-0.5000,-51.2922,62.5588,-32.0611,101.1598,-94.2903],[9E9,9E9,9E9,9E9,9E9,9E9]];

@@ -8,6 +8,7 @@ MODULE Schiene_Zelle_3_Sud
   ! between the points are not checked for collisions by this file.
   ! Set the payload of the empty calibration tool and leave it so, loaded and
   ! unloaded: the controller must not compensate what is to be measured.
+  ! elastocal program 000000000000
   ! Axes: rax_1 J2, rax_2 J3, rax_3 J4, rax_4 J5, rax_5 J6, rax_6 J7, eax_a S1.
   ! Replace tool0 by your tool, with its load.
   CONST jointtarget jH0:=[[0.0000,0.0000,0.0000,0.0000,0.0000,0.0000],[0.0000,9E9,9E9,9E9,9E9,9E9]];
