@@ -27,7 +27,34 @@ NEARLY_SINGULAR = 1e-5
 
 _BLIND = 1e-18  # share of the largest information below which that of an unknown is rounding
 _INVOLVED = 1e-6  # squared component of an unknown in what is not seen, or product of two
+_SYMMETRIC = 1e-6  # difference of an entry and its mirror image, as a correlation
+_LOST = 1e-15  # share of the largest entry that is lost in the others
+_NEGATIVE = 1e-8  # eigenvalue of correlations below zero that is put down to rounding
+_LESS = 1e-9  # the same of information, as a share of its largest entry
 _RIDGE = 1e-14  # added to a scaled diagonal before it is inverted
+
+
+def is_symmetric(matrix: Array) -> bool:
+    """Whether a covariance or information (p, p) is symmetric, but for rounding on its scale."""
+    size = np.sqrt(np.abs(np.diagonal(matrix)))
+    rounding = _SYMMETRIC * np.outer(size, size) + _LOST * np.abs(matrix).max()
+    return bool((np.abs(matrix - matrix.T) <= rounding).all())
+
+
+def is_covariance(matrix: Array) -> bool:
+    """Whether no combination of unknowns has a negative variance in a symmetric (p, p)."""
+    scale = np.sqrt(np.maximum(np.abs(np.diagonal(matrix)), 1e-300))
+    with np.errstate(over="ignore"):  # no correlation is beyond 1, least of all infinite
+        scaled = np.clip(matrix / np.outer(scale, scale), -2.0, 2.0)
+    return bool(np.linalg.eigvalsh(scaled)[0] >= -_NEGATIVE * len(matrix))
+
+
+def is_information(matrix: Array) -> bool:
+    """Whether a symmetric (p, p) tells of no combination of unknowns less than nothing.
+
+    What is unknown has rounding of the others in place of zero, so their size is the scale.
+    """
+    return bool(np.linalg.eigvalsh(matrix)[0] >= -_LESS * np.abs(matrix).max())
 
 
 def scaled_inverse(information: Array) -> Array:

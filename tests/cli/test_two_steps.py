@@ -165,14 +165,17 @@ def test_readings_are_not_counted_twice(folder: Path, tmp_path: Path, option: st
     assert "would count twice" in flat(result.output)
 
 
-@pytest.mark.parametrize("section", [[], "x", None, {"measurements": [], "models": 3}])
-def test_sections_that_are_not_read_may_be_anything(
-    folder: Path, tmp_path: Path, section: object
-) -> None:
+@pytest.mark.parametrize("section", [[], "x", None, 3, True, {"measurements": []}, {"models": 3}])
+def test_a_section_of_another_kind_is_named(folder: Path, tmp_path: Path, section: object) -> None:
     model = json.loads((folder / "first.json").read_text("utf-8"))
-    model |= {"provenance": section, "identification": section, "diagnostics": section}
-    (tmp_path / "first.json").write_text(json.dumps(model), encoding="utf-8")
-    done("validate", folder / "one.yaml", tmp_path / "first.json", folder / "one_m.csv")
+    path = tmp_path / "first.json"
+    for key in ("provenance", "identification", "diagnostics"):
+        path.write_text(json.dumps(model | {key: section}), encoding="utf-8")
+        result = run("validate", folder / "one.yaml", path, folder / "one_m.csv")
+        said = key != "provenance" and isinstance(section, dict)
+        harmless = section is None or said
+        assert result.exit_code == (0 if harmless else 2), result.output
+        assert harmless or f"first.json, line 1: {key}" in result.stderr
 
 
 def test_a_plan_that_took_the_others_as_rigid_is_said_beside_one_that_did_not(

@@ -2,7 +2,7 @@
 
 Exit codes: 0 done, 2 bad input, 3 infeasible, 4 not identifiable, 130 stopped by the user.
 Everything heavy is imported inside the commands, so that --help answers at once. Commands do not
-import each other: what several need is in `inputs`, `planning`, `stages` and `programs`.
+import each other: what several need is in `inputs`, `planning`, `refit`, `stages` and `programs`.
 """
 
 from importlib import import_module

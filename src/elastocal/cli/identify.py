@@ -112,25 +112,25 @@ def validate_command(
     as_json: Json = False,
 ) -> None:
     """Compare a model with experiments; with those it was made from, each is left out in turn."""
-    from elastocal.cli.inputs import fit_of, known_in, known_model, model_at, readings
+    from elastocal.cli.inputs import fit_of, known_in, known_model, note_model, readings
+    from elastocal.cli.refit import refit
     from elastocal.files.measurements.suspicious import kept_aside
     from elastocal.files.models.identification_section import validation_document
     from elastocal.files.models.model_file import read_model
     from elastocal.files.models.provenance_section import made_from, made_with
     from elastocal.files.study.study_file import read_study
-    from elastocal.identification.identify import identify
     from elastocal.identification.validation import leave_one_out, validate
 
     study = read_study(study_file, known_in(known))
     data = readings(study, measurements, mapping)
+    note_model(model, study)
     if made_from(model, data):
         if not made_with(model, prior, study.known):
             raise InputError(
                 f"{model}: was fitted to these measurements with a prior or known joints; leaving "
                 "experiments out in turn needs the same --prior and --known"
             )
-        before, others = model_at(prior, study.robot), known_model(None, study)
-        again = identify(study.arm, data, fit_of(model), prior=before, known=others)
+        again = refit(study, data, fit_of(model), model, prior, known_model(None, study))
         validation = leave_one_out(again, confidence=confidence)
     else:
         data = kept_aside(data)

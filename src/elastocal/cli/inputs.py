@@ -157,6 +157,13 @@ def note_origin(name: str, proposal: Proposal, study: Study, known: Known | None
         )
 
 
+def note_model(path: Path, study: Study) -> None:
+    """Say on standard error if a model was made with another version of the study."""
+    origin = model_sections(path)["provenance"].get("study") or {}
+    if origin.get("sha256") and study.text and origin["sha256"] != study_hash(study):
+        print(f"note: {path.name} was made with another version of the study", file=sys.stderr)
+
+
 def _note_known(name: str, known: Known, study: Study) -> None:
     joints = ", ".join(known.model.names)
     if study.known is None:

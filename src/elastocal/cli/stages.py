@@ -8,19 +8,19 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from elastocal.arrays import IntArray
 from elastocal.cli.inputs import (
     Files,
     fit_of,
     known_model,
     model_at,
+    note_model,
     readings,
     refuse_twice,
     start_of,
     tool_called,
 )
+from elastocal.cli.refit import refit
 from elastocal.compensation.compensate import Compensation, compensate, mirrored, residual
 from elastocal.elastic.compliance_model import ComplianceModel, merged_models
 from elastocal.elastic.load_cases import LoadCases
@@ -30,7 +30,6 @@ from elastocal.files.paths.path_file import read_path
 from elastocal.files.texts import write_text
 from elastocal.fitting.goodness import quantile
 from elastocal.identification.fit import Fit
-from elastocal.identification.identify import identify
 from elastocal.identification.result import Identification
 from elastocal.identification.validation import Validation, leave_one_out, validate
 from elastocal.planning.plan import Plan
@@ -43,15 +42,17 @@ from elastocal.study.at_test_poses import AtTestPose, at_test_poses
 from elastocal.study.study import Study
 from elastocal.terminal.console import progress
 
-_SAME = 1e-6  # difference in standard errors up to which a model is that of the measurements
 _RANDOM = 2000  # random plans to compare with
 
 
 def stages(study: Study, files: Files, tool: str | None, confidence: float) -> Contents:
     """Identification, validation and compensation: recomputed from the files, not read of them."""
     Fit(confidence=confidence)  # refuses what is none
-    truth, model = model_at(files.truth, study.robot), model_at(files.model, study.robot)
-    fitted = _identified(study, files, model, confidence)
+    truth = model_at(files.truth, study.robot)
+    if files.model is not None:
+        note_model(files.model, study)
+    model = None if files.measurements else model_at(files.model, study.robot)
+    fitted = _identified(study, files, confidence)
     known = known_model(files.known, study) if files.measurements or files.known else None
     model = fitted.model if fitted is not None else _with(model, known)
     contents = Contents(
@@ -86,39 +87,14 @@ def _with(model: ComplianceModel | None, known: ComplianceModel | None) -> Compl
     return merged_models([model, known])
 
 
-def _identified(
-    study: Study, files: Files, model: ComplianceModel | None, confidence: float
-) -> Identification | None:
+def _identified(study: Study, files: Files, confidence: float) -> Identification | None:
     """The fit, once more; refused if it does not give the model that is named with it."""
     if not files.measurements:
         return None
     data = readings(study, files.measurements, files.mapping)
     refuse_twice(data, files.prior, files.known)
-    how = fit_of(files.model, confidence)
-    prior, known = model_at(files.prior, study.robot), known_model(files.known, study)
-    fitted = identify(study.arm, data, how, prior=prior, known=known)
-    if model is not None:
-        _refuse_another(model, fitted, files)
-    return fitted
-
-
-def _refuse_another(model: ComplianceModel, fitted: Identification, files: Files) -> None:
-    """Refuse a model that is not the one found."""
-    missing = [name for name in fitted.identified if name not in model.names]
-    if missing:
-        raise InputError(
-            f"{files.model}: has no compliance of {', '.join(missing)}, which the study identifies"
-        )
-    given = model.of(fitted.identified)
-    off = np.abs(given - fitted.compliance)
-    if (off > _SAME * np.maximum(fitted.standard_error, 1e-6 * np.abs(fitted.compliance))).any():
-        worst = int(np.argmax(off / np.maximum(np.abs(fitted.compliance), 1e-300)))
-        raise InputError(
-            f"{files.model}: is not the model that {fitted.measurements.source} gives; "
-            f"{fitted.identified[worst]} is {given[worst]:.6g} there and "
-            f"{fitted.compliance[worst]:.6g} from these measurements; name the measurements, "
-            "--prior and --known it was made from"
-        )
+    how, known = fit_of(files.model, confidence), known_model(files.known, study)
+    return refit(study, data, how, files.model, files.prior, known)
 
 
 def _references(study: Study, files: Files) -> dict[str, ComplianceModel]:

@@ -58,10 +58,15 @@ def _non_negative(value: Any) -> float:
 
 
 def _count(value: Any) -> int:
+    number = _whole(value)
+    if not 1 <= number <= 1_000_000:
+        raise ValueError(f"expected a whole number from 1 to 1000000, found {number}")
+    return number
+
+
+def _whole(value: Any) -> int:
     if isinstance(value, bool) or not isinstance(value, int):
-        raise ValueError(f"expected a whole number, found {value!r}")
-    if not 1 <= value <= 1_000_000:
-        raise ValueError(f"expected a whole number from 1 to 1000000, found {value}")
+        raise ValueError(f"expected a whole number, found {value!r:.80}")
     return value
 
 
@@ -140,6 +145,7 @@ FiniteVector = Annotated[list[float], _numbers(3, "three numbers [x, y, z]", _fi
 Matrix = Annotated[list[list[float]], BeforeValidator(_rows)]
 Positive = Annotated[float, BeforeValidator(_positive)]
 NonNegative = Annotated[float, BeforeValidator(_non_negative)]
+WholeNumber = Annotated[int, BeforeValidator(_whole)]
 Count = Annotated[int, BeforeValidator(_count)]
 Vector = Annotated[list[float], _numbers(3, "three numbers [x, y, z]")]
 Range = Annotated[list[float], _numbers(2, "two numbers [lower, upper]")]

@@ -1,14 +1,15 @@
 """Model files: model.json, the compliances of an arm with their uncertainty.
 
 Written by programs or by hand: a file that only says `compliance` or `stiffness` by joint name is
-one. JSON, or YAML for people. What else a program found out goes into the opaque sections
-`identification` and `diagnostics`.
+one. JSON, or YAML for people. What else a program found out stands in `provenance`,
+`identification` and `diagnostics`; what they claim of the compliances must be true.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationError
@@ -18,14 +19,24 @@ from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.springs import VirtualJoints
 from elastocal.errors import InputError, ModelFileError, StudyError
 from elastocal.files.compliance_units import factor_to_si
+from elastocal.files.models.claims import (
+    AGREE,
+    DiagnosticsFile,
+    IdentificationFile,
+    ProvenanceFile,
+    refuse_false_claims,
+)
 from elastocal.files.problems import first_problem
 from elastocal.files.study.springs import SpringFile, extra_springs, in_chain_order
 from elastocal.files.texts import is_version, json_document, read_text
 from elastocal.files.values import Finite, Matrix, Name, Positive, Section
 from elastocal.files.yaml_lines import Located, LocatedError, at, parse
+from elastocal.matrices import is_covariance, is_symmetric
 from elastocal.robot.chain import Robot
+from elastocal.robot.geometry_hash import geometry_hash
 from elastocal.robot.joint_kinds import JointKind
 
+_Made = TypeVar("_Made")
 _SMALL_ENOUGH_TO_LOCATE = 1_000_000  # bytes; a larger file is a program's, and errors go unlined
 
 
@@ -69,14 +80,15 @@ class CovarianceFile(Section):
 
 
 class ModelFile(Section):
-    """A whole model file; what is not said of its keys is carried along and not read here."""
+    """A whole model file."""
 
     elastocal: Any = 1
     kind: Any = "model"
     made_by: Any = None
-    robot: Any = None
+    robot: Name | None = None
+    geometry_sha256: Name | None = None
     source: Any = None
-    provenance: Any = None
+    provenance: ProvenanceFile | None = None
     compliance: dict[Name, Annotated[ComplianceFile, BeforeValidator(_entry)]] = Field(
         default_factory=dict
     )
@@ -86,37 +98,54 @@ class ModelFile(Section):
     springs: dict[Name, SpringFile] = Field(default_factory=dict)
     covariance: CovarianceFile | None = None
     dof: Annotated[Finite | None, AfterValidator(_above_zero)] = None
-    identification: Any = None
-    diagnostics: Any = None
+    identification: IdentificationFile | None = None
+    diagnostics: DiagnosticsFile | None = None
 
 
-def read_model(path: str | Path, robot: Robot) -> ComplianceModel:
+def read_model(path: str | Path, robot: Robot, *, believed: bool = True) -> ComplianceModel:
     """The model in a file.
 
+    Args:
+        path: The file.
+        robot: The robot it must be for.
+        believed: Whether the file alone says what the compliances are; else they are going to be
+            compared with a fit, and what it claims of them besides is not looked at.
+
     Raises:
-        ModelFileError: not a model, or not for this robot; names line and key.
+        ModelFileError: not a model, not for this robot, or one that contradicts itself; names
+            line and key.
     """
-    path = Path(path)
+
+    def model(file: ModelFile, _: dict[str, Any]) -> ComplianceModel:
+        found = model_of(file, robot, Path(path).name)
+        if believed:
+            refuse_false_claims(found, file.identification, file.diagnostics)
+        return found
+
+    return _read(Path(path), model)
+
+
+def model_sections(path: str | Path) -> dict[str, dict[str, Any]]:
+    """What a model file says besides its model, as it stands there; empty where nothing is said.
+
+    Raises:
+        ModelFileError: not a model file, or a section that is none; names line and key.
+    """
+    document = _read(Path(path), lambda _, document: document)
+    return {key: document.get(key) or {} for key in ("provenance", "identification", "diagnostics")}
+
+
+def _read(path: Path, made: Callable[[ModelFile, dict[str, Any]], _Made]) -> _Made:
+    """What is made of a model file; every error names file, line and key."""
     text = read_text(path)
     document = _parse(text, path)
     try:
-        return model_of(ModelFile.model_validate(document), robot, path.name)
+        return made(ModelFile.model_validate(document), document)
     except ValidationError as error:
         message = first_problem(_located(document, text, path), error, ModelFile)
     except LocatedError as error:
         message = f"{_located(document, text, path).where(error.path)}: {error}"
     raise ModelFileError(message)
-
-
-def model_sections(path: str | Path) -> dict[str, Any]:
-    """Provenance and the opaque sections of a model file, as they stand there; what is none: empty.
-
-    Raises:
-        ModelFileError: not a model file.
-    """
-    document = _parse(read_text(Path(path)), Path(path))
-    sections = {key: document.get(key) for key in ("provenance", "identification", "diagnostics")}
-    return {key: section if isinstance(section, dict) else {} for key, section in sections.items()}
 
 
 def _parse(text: str, path: Path) -> dict[str, Any]:
@@ -150,6 +179,7 @@ def _located(document: dict[str, Any], text: str, path: Path) -> Located:
 
 def model_of(file: ModelFile, robot: Robot, name: str) -> ComplianceModel:
     """The model of a validated file called `name`; every error knows its place in it."""
+    _refuse_another_robot(file, robot)
     extra = extra_springs(file.springs, robot)
     values: dict[str, tuple[float, float | None]] = {}
     for quantity, section in (("compliance", file.compliance), ("stiffness", file.stiffness)):
@@ -177,6 +207,19 @@ def model_of(file: ModelFile, robot: Robot, name: str) -> ComplianceModel:
         dof=np.inf if file.dof is None else file.dof,
         source=str(file.source or name),
     )
+
+
+def _refuse_another_robot(file: ModelFile, robot: Robot) -> None:
+    if file.robot is not None and file.robot != robot.name:
+        raise LocatedError(
+            ("robot",), f"robot: this is a model of {file.robot!r:.80}, not of {robot.name!r}"
+        )
+    if file.geometry_sha256 is not None and file.geometry_sha256 != geometry_hash(robot):
+        raise LocatedError(
+            ("geometry_sha256",),
+            "geometry_sha256: this is a model of a robot whose joint axes are elsewhere than those "
+            f"of {robot.name!r} here; identify it again, or take this key out if that is meant",
+        )
 
 
 def _joint_kind(name: str, extra: dict[str, VirtualJoints], robot: Robot) -> JointKind:
@@ -224,14 +267,16 @@ def _covariance(
             raise InputError(f"matrix must be {p} rows of {p} numbers")
         pick = [section.order.index(name) for name in names]
         matrix = np.array(section.matrix)[np.ix_(pick, pick)]
-        scale = np.sqrt(np.maximum(np.abs(np.diagonal(matrix)), 1e-300))
-        with np.errstate(over="ignore"):  # no correlation is beyond 1, least of all infinite
-            scaled = np.clip(matrix / np.outer(scale, scale), -2.0, 2.0)
-        if not np.allclose(scaled, scaled.T, atol=1e-9):
+        if not is_symmetric(matrix):
             raise InputError("the covariance matrix is not symmetric")
-        if np.linalg.eigvalsh(scaled)[0] < -1e-8 * p:
+        if not is_covariance(matrix):
             raise InputError("the covariance matrix has a negative eigenvalue")
         given = [i for i, name in enumerate(names) if name in errors]
-        if not np.allclose(own[given], np.sqrt(np.abs(np.diagonal(matrix)))[given], rtol=1e-3):
-            raise InputError("the covariance matrix contradicts the standard errors")
+        found = np.sqrt(np.abs(np.diagonal(matrix)))
+        if wrong := [i for i in given if abs(own[i] - found[i]) > AGREE * found[i]]:
+            i = wrong[0]
+            raise InputError(
+                "the covariance matrix contradicts the standard errors: that of "
+                f"{names[i]} is {own[i]:.6g} beside it and {found[i]:.6g} in it"
+            )
     return np.asarray(0.5 * (matrix + matrix.T))

@@ -24,15 +24,14 @@ def provenance_section(study: Study, data: Measurements, prior: Path | None) -> 
 
 def made_from(path: Path, data: Measurements) -> bool:
     """Whether the model in a file says that it was made from these measurements."""
-    measurements = model_sections(path)["provenance"].get("measurements")
-    named = measurements.get("sha256") if isinstance(measurements, dict) else None
-    return bool(data.sha256) and named == data.sha256
+    named = model_sections(path)["provenance"].get("measurements") or {}
+    return bool(data.sha256) and named.get("sha256") == data.sha256
 
 
 def made_with(path: Path, prior: Path | None, known: Known | None) -> bool:
     """Whether the model in a file says that these and no other models were used."""
-    used = model_sections(path)["provenance"].get("models", [])
-    return bool(used == _models(prior, known))
+    used = model_sections(path)["provenance"].get("models") or []
+    return [one.get("sha256") for one in used] == [one["sha256"] for one in _models(prior, known)]
 
 
 def _models(prior: Path | None, known: Known | None) -> list[dict[str, str]]:

@@ -14,6 +14,7 @@ from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.springs import VirtualJoints
 from elastocal.files.texts import finite, write_text
 from elastocal.robot.chain import Robot, T_body_joint
+from elastocal.robot.geometry_hash import geometry_hash
 
 
 def write_model(
@@ -57,6 +58,7 @@ def model_document(
         "kind": "model",
         "made_by": f"elastocal {__version__}",
         "robot": robot.name,
+        "geometry_sha256": geometry_hash(robot),
         "source": model.source,
         "provenance": dict(provenance or {}),
         "compliance": compliance,

@@ -15,6 +15,7 @@ from elastocal.files.plans.load_case_entries import (
     read_load_cases,
     section_at,
 )
+from elastocal.matrices import is_information, is_symmetric
 from elastocal.robot.chain import Robot
 from elastocal.study.study import Done
 
@@ -25,8 +26,16 @@ def square(rows: Any) -> list[list[float]]:
     if not size or any(not isinstance(row, list) or len(row) != size for row in rows):
         raise ValueError(" must be as many rows as columns")
     matrix = [[finite(v, 1e30) for v in row] for row in rows]
-    if not np.allclose(matrix, np.transpose(matrix), rtol=1e-6, atol=0.0):
+    if not is_symmetric(np.array(matrix)):
         raise ValueError(" is not symmetric")
+    return matrix
+
+
+def _information(rows: Any) -> list[list[float]]:
+    """A symmetric matrix that tells of no combination less than nothing."""
+    matrix = square(rows)
+    if not is_information(np.array(matrix)):
+        raise ValueError(" has a negative eigenvalue")
     return matrix
 
 
@@ -36,7 +45,7 @@ _Text = Annotated[str, BeforeValidator(str)]
 class DoneFile(BaseModel):
     """The section `after`: what was measured before."""
 
-    information_N2m2: Annotated[list[list[float]], BeforeValidator(square)] = Field(
+    information_N2m2: Annotated[list[list[float]], BeforeValidator(_information)] = Field(
         default=None, validate_default=True
     )
     measurements: _Text = ""

@@ -44,7 +44,8 @@ def known_at(path: Path, robot: Robot, study_of: StudyOf, source: str = "") -> K
     sha256 = file_hash(path)
     if _is_plan(text):
         return Known(_promised(text, path, robot, study_of), True, source, sha256)
-    return Known(read_model(path, robot), False, source, sha256)
+    # Its compliances and their covariance count, and nothing it says besides.
+    return Known(read_model(path, robot, believed=False), False, source, sha256)
 
 
 def embedded_known(document: dict[str, object], path: Path) -> KnownOf:

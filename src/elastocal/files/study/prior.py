@@ -13,6 +13,7 @@ from elastocal.files.plans.proposal_file import read_proposal
 from elastocal.files.texts import file_hash
 from elastocal.files.values import FileName, Name, Number, Positive, Section
 from elastocal.files.yaml_lines import LocatedError
+from elastocal.matrices import is_information, is_symmetric
 from elastocal.study.study import CarriedOut, Study
 
 
@@ -68,8 +69,8 @@ def _information(study: Study, entry: PriorFile) -> Array:
             f"{len(names)} numbers, one for each of {', '.join(names)}",
         )
     information: Array = np.array(rows)
-    if not np.allclose(information, information.T, rtol=1e-6):
+    if not is_symmetric(information):
         raise LocatedError((given[0],), "the information matrix is not symmetric")
-    if np.linalg.eigvalsh(information)[0] < -1e-9 * np.abs(information).max():
+    if not is_information(information):
         raise LocatedError((given[0],), "the information matrix has a negative eigenvalue")
     return information

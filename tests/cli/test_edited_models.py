@@ -1,0 +1,217 @@
+"""Models that were edited after they were written: noticed by what is read of them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.cli.test_commands import run
+from tests.cli.test_report import PATH, STUDY, TRUTH
+
+Change = Callable[[dict[str, Any]], None]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A campaign: study, plan, readings of two seeds, their model, a path."""
+    path = tmp_path_factory.mktemp("campaign")
+    (path / "study.yaml").write_text(STUDY, encoding="utf-8")
+    (path / "path.csv").write_text(PATH, encoding="utf-8")
+    truth = {name: {"value": value, "unit": "rad/(N·m)"} for name, value in TRUTH.items()}
+    (path / "truth.json").write_text(json.dumps({"compliance": truth}), encoding="utf-8")
+    study, plan = path / "study.yaml", path / "plan.json"
+    simulated = ("simulate", study, plan, "--truth", path / "truth.json")
+    for arguments in (
+        ("plan", study, "-o", plan),
+        (*simulated, "-o", path / "m.csv"),
+        (*simulated, "--seed", "1", "-o", path / "v.csv"),
+        ("identify", study, path / "m.csv", "-o", path / "model.json"),
+    ):
+        result = run(*arguments)
+        assert result.exit_code == 0, result.stderr
+    return path
+
+
+def edit(folder: Path, change: Change) -> Path:
+    document = json.loads((folder / "model.json").read_text(encoding="utf-8"))
+    change(document)
+    path = folder / "edited.json"
+    path.write_text(json.dumps(document, indent=1), encoding="utf-8")
+    return Path(path.name)
+
+
+@pytest.fixture(autouse=True)
+def there(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Files are named as people name them."""
+    monkeypatch.chdir(folder)
+
+
+def value(factor: float) -> Change:
+    def change(document: dict[str, Any]) -> None:
+        document["compliance"]["J2"]["value"] *= factor
+
+    return change
+
+
+def entry(key: str, what: Any) -> Change:
+    def change(document: dict[str, Any]) -> None:
+        document["compliance"]["J2"][key] = what
+
+    return change
+
+
+def top(key: str, what: Any) -> Change:
+    def change(document: dict[str, Any]) -> None:
+        document[key] = what
+
+    return change
+
+
+def smaller_spread(document: dict[str, Any]) -> None:
+    """Consistent, and ten times too good."""
+    for one in document["compliance"].values():
+        one["standard_error"] /= 10.0
+    matrix = document["covariance"]["matrix"]
+    document["covariance"]["matrix"] = [[v / 100.0 for v in row] for row in matrix]
+
+
+def less_correlated(document: dict[str, Any]) -> None:
+    matrix = document["covariance"]["matrix"]
+    matrix[1][2] = matrix[2][1] = 0.5 * matrix[1][2]
+
+
+def negative_variance(document: dict[str, Any]) -> None:
+    document["covariance"]["matrix"][1][1] *= -1.0
+
+
+def wrong_name(document: dict[str, Any]) -> None:
+    document["compliance"]["J4"] = document["compliance"].pop("J2")
+
+
+def lost(document: dict[str, Any]) -> None:
+    del document["compliance"]["J2"]
+    matrix, order = document["covariance"]["matrix"], document["covariance"]["order"]
+    i = order.index("J2")
+    del order[i], matrix[i]
+    for row in matrix:
+        del row[i]
+
+
+NOT_FOUND = {
+    "ten times": (value(10.0), "is not the model that m.csv gives; J2 is"),
+    "a little": (value(1.0001), "is not the model that m.csv gives; J2 is"),
+    "1e20": (entry("value", 1e20), "is not the model that m.csv gives; J2 is 1e+20 there"),
+    "lost": (lost, "is not the model that m.csv gives; it has no compliance of J2"),
+    "spread": (smaller_spread, "is not the model that m.csv gives; the standard error of J1"),
+    "correlation": (
+        less_correlated,
+        "is not the model that m.csv gives; the covariance of J2 and J3",
+    ),
+    "dof": (top("dof", 7), "is not the model that m.csv gives; it claims 7 degrees of freedom"),
+}
+WRONG = {
+    "text": (entry("value", "much"), "line 26: compliance.J2.value: expected a number"),
+    "NaN": (entry("value", float("nan")), "expected a finite number, found NaN"),
+    "unit": (entry("unit", "m/N"), "'m/N' is that of a compliance of a linear spring"),
+    "smaller unit": (entry("unit", "urad/(N.m)"), "contradicts the standard errors"),
+    "negative variance": (negative_variance, "negative eigenvalue"),
+    "joint": (wrong_name, "has no joint or spring 'J4'"),
+    "standard error": (entry("standard_error", 1e-30), "contradicts the standard errors"),
+    "standard error +1 %": (
+        lambda d: d["compliance"]["J2"].update(
+            standard_error=1.01 * d["compliance"]["J2"]["standard_error"]
+        ),
+        "contradicts the standard errors: that of J2 is",
+    ),
+    "robot": (
+        top("robot", "kuka-kr270"),
+        "robot: this is a model of 'kuka-kr270', not of 'three-link'",
+    ),
+    "geometry": (top("geometry_sha256", 64 * "0"), "joint axes are elsewhere than those of"),
+}
+CLAIMS = {
+    "ten times": (value(10.0), "identification.interval.J2", "is not the interval of"),
+    "spread": (smaller_spread, "identification.interval.J1", "is not the interval of"),
+    "dof": (top("dof", 7), "identification.interval.J1", "is not the interval of"),
+    "interval": (
+        lambda d: d["identification"]["interval"]["J3"].__setitem__(0, 0.0),
+        "identification.interval.J3",
+        "is not the interval of",
+    ),
+    "correlation": (less_correlated, "diagnostics.correlation", "of J2 and J3 is not that of"),
+    "another spring": (
+        lambda d: d["identification"]["identified"].append("J9"),
+        "identification",
+        "no compliance of 'J9'",
+    ),
+}
+
+
+def refused(result: Any, *words: str) -> None:
+    assert (result.exit_code, result.stdout) == (2, ""), result.stderr
+    assert result.stderr.count("\n") == 1
+    for word in words:
+        assert word in result.stderr
+
+
+@pytest.mark.parametrize("name", NOT_FOUND | WRONG)
+def test_validation_in_turn_is_of_the_model_that_is_named(folder: Path, name: str) -> None:
+    change, words = (NOT_FOUND | WRONG)[name]
+    model = edit(folder, change)
+    result = run("validate", "study.yaml", model, "m.csv")
+    refused(result, "edited.json", words)
+    out = Path("edited.html")
+    result = run(
+        "report", "plan.json", "--quick", "--model", model,
+        "--measurements", "m.csv", "-o", out,
+    )  # fmt: skip
+    refused(result, "edited.json", words)
+    assert not out.exists()
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_what_contradicts_itself_is_not_used(folder: Path, name: str) -> None:
+    change, words = WRONG[name]
+    model, study = edit(folder, change), "study.yaml"
+    for arguments in (
+        ("compensate", study, model, "path.csv", "-o", "c.csv"),
+        ("validate", study, model, "v.csv"),
+        ("identify", study, "v.csv", "--prior", model, "-o", "n.json"),
+        ("simulate", study, "plan.json", "--truth", model, "-o", "s.csv"),
+    ):
+        refused(run(*arguments), "edited.json", words)
+
+
+@pytest.mark.parametrize("name", CLAIMS)
+def test_what_is_claimed_of_the_compliances_is_compared(folder: Path, name: str) -> None:
+    change, where, words = CLAIMS[name]
+    model = edit(folder, change)
+    out = Path("claims.csv")
+    result = run("compensate", "study.yaml", model, "path.csv", "-o", out)
+    refused(result, "edited.json, line", where, words)
+    assert not out.exists()
+
+
+def test_a_model_changed_by_hand_says_less(folder: Path) -> None:
+    def change(document: dict[str, Any]) -> None:
+        value(10.0)(document)
+        del document["identification"], document["diagnostics"]
+
+    model = edit(folder, change)
+    out = "by_hand.csv"
+    result = run("compensate", "study.yaml", model, "path.csv", "-o", out)
+    assert result.exit_code == 0, result.stderr
+
+
+def test_another_study_than_the_model_was_made_with_is_said(folder: Path) -> None:
+    study = Path("other.yaml")
+    study.write_text(STUDY + "name: other\n", encoding="utf-8")
+    result = run("validate", study, "model.json", "v.csv")
+    assert result.exit_code == 0
+    assert "note: model.json was made with another version of the study" in result.stderr
+    result = run("validate", "study.yaml", "model.json", "v.csv")
+    assert result.stderr == ""
