@@ -50,6 +50,7 @@ _PUBLIC = {
     "read_study": "elastocal.files.study.study_file",
     "check": "elastocal.planning.study_check",
     "plan": "elastocal.planning.plan",
+    "several_cores": "elastocal.cores",
     "Plan": "elastocal.planning.plan",
     "Effort": "elastocal.design.exact",
     "Certificate": "elastocal.planning.certificate",

@@ -19,6 +19,9 @@ class Regression:
         self.rows, self.parameters = rows, parameters
         self.lower, self.upper = np.asarray(lower, float), np.asarray(upper, float)
 
+    def parts(self, count: int) -> int:
+        return 1
+
     def sample(self, count: int, rng: np.random.Generator) -> Array:
         return rng.uniform(self.lower, self.upper, (count, len(self.lower)))
 

@@ -29,6 +29,9 @@ class Polygon:
         self.lower, self.upper = np.full(2, -size), np.full(2, size)
         self.radius = radius
 
+    def parts(self, count: int) -> int:
+        return 1
+
     def sample(self, count: int, rng: np.random.Generator) -> Array:
         x = rng.uniform(self.lower, self.upper, (20 * count, 2))
         return x[(self.evaluate(x).margins >= 0.0).all(axis=1)][:count]

@@ -91,6 +91,9 @@ class PlanarForceSpace:
     lower = np.full(3, -np.pi)
     upper = np.full(3, np.pi)
 
+    def parts(self, count: int) -> int:
+        return 1
+
     def sample(self, count: int, rng: np.random.Generator) -> Array:
         return rng.uniform(self.lower, self.upper, (count, 3))
 

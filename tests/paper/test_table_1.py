@@ -83,6 +83,9 @@ class FiniteSpace:
     def __init__(self, blocks: Array) -> None:
         self.blocks = blocks
 
+    def parts(self, count: int) -> int:
+        return 1
+
     def sample(self, count: int, rng: np.random.Generator) -> Array:
         return rng.integers(0, CANDIDATES, (count, 1)) + 0.5
 

@@ -49,6 +49,12 @@ Start = Annotated[
 Overwrite = Annotated[
     bool, typer.Option("--force", help="Write over files that elastocal did not write.")
 ]
+Workers = Annotated[
+    int | None,
+    typer.Option(
+        help="Processes where solids are measured pair by pair; all cores if not given.", min=1
+    ),
+]
 Known = Annotated[
     Path | None, typer.Option(help="Model of further joints, which bend; instead of the study's.")
 ]

@@ -17,6 +17,7 @@ from elastocal.cli.common import (
     Start,
     StudyPath,
     Torque,
+    Workers,
     app,
     guarded,
     print_json,
@@ -57,6 +58,7 @@ def plan_command(
     ] = None,
     force: Overwrite = False,
     seed: Seed = 0,
+    workers: Workers = None,
     as_json: Json = False,
 ) -> None:
     """Plan the experiments; write plan.json and the run sheet plan.csv."""
@@ -80,7 +82,7 @@ def plan_command(
         study = _rest(study, after, as_json)
     for doubt in renamed(study):
         print(f"note: {worded(doubt)}", file=sys.stderr)
-    made = planned(study, out, seed)
+    made = planned(study, out, seed, workers)
     if as_json:
         print_json(plan_document(made))
         return
@@ -144,6 +146,7 @@ def evaluate_command(
     torque_nm: Torque = None,
     start: Start = None,
     seed: Seed = 1,
+    workers: Workers = None,
     as_json: Json = False,
 ) -> None:
     """Judge plans from the study alone; refuse what breaks a constraint or claims too much."""
@@ -186,7 +189,7 @@ def evaluate_command(
         known = "" if wanted.known is None else wanted.known.sha256
         key = (wanted.criterion, before, known, m if wanted.prior.any() else 0)
         if key not in bounds:
-            bounds[key] = bound(wanted, m, seed)
+            bounds[key] = bound(wanted, m, seed, workers)
         results[name] = evaluate(
             wanted,
             proposal.load_cases,

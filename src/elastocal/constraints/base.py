@@ -21,11 +21,13 @@ class Constraint(abc.ABC):
         name: What the user reads: "height of M1 >= 800 mm".
         unit: "m" or "rad": the unit of the margin.
         costly: Whether it takes much longer than the others, so that it is asked last.
+        one_by_one: Whether it measures configurations one by one, so that several cores help.
     """
 
     name: str
     unit: str
     costly = False
+    one_by_one = False
 
     @abc.abstractmethod
     def at(self, posture: Posture) -> tuple[Array, Pull]:

@@ -51,6 +51,7 @@ class Clearance(Constraint):
         self.pairs, self.keep = pairs, margin
         self.keep_moving = margin / 2.0 if motion_margin is None else motion_margin
         self.obstacle, self.unwatched = obstacle, unwatched
+        self.one_by_one = not pairs.closed
         self.name = bounded(f"clearance from {name}", ">=", margin, "m")
 
     def at(self, posture: Posture) -> tuple[Array, Pull]:

@@ -13,11 +13,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from elastocal.arrays import Array, BoolArray, IntArray
+from elastocal.cores import dealt
 
 PENALTIES = (0.3, 1.0, 10.0)
 """First penalties, dealt out in turn: paths that differ end in different optima."""
@@ -57,6 +59,7 @@ def minimise(
     stages: Stages,
     tolerance: float = 0.0,
     penalties: Sequence[float] = PENALTIES,
+    parts: Callable[[int], int] = lambda count: 1,
 ) -> Minimum:
     """Minimise B problems from the starts `x`, (B, D), within bounds and margins.
 
@@ -72,36 +75,34 @@ def minimise(
         tolerance: A problem rests once ten iterations gain less than this and no margin is
             violated by more than its root.
         penalties: First penalties of the constraints, dealt out to the problems in turn.
+        parts: Into how many parts a batch of so many problems is divided for several cores.
     """
-    search = _Search(problem, np.clip(x, lower, upper), lower, upper, penalties)
-    rested = search.batch.only(np.zeros(len(x), dtype=bool)).minimum
+    x, first = np.clip(x, lower, upper), np.resize(np.array(penalties), len(x))
+    starts = [
+        (index, x[index], first[index])
+        for index in np.array_split(np.arange(len(x)), parts(len(x)))
+    ]
+    running = _together(list(dealt(partial(_begun, problem, lower, upper), starts)))
+    rested = running.only(np.zeros(len(x), dtype=bool)).minimum
     for iterations, kept in stages:
-        for iteration in range(iterations):
-            if not len(search.batch.index):
-                break
-            search.advance()
-            if iteration % 10 == 9:
-                done = search.update_multipliers(tolerance)
-                if done.any():
-                    rested = _joined(rested, search.batch.only(done).minimum)
-                    search.batch = search.batch.only(~done)
+        divided = running.divided(parts(len(running.index)))
+        advanced = partial(_advanced, problem, lower, upper, iterations, tolerance)
+        ended = list(dealt(advanced, divided))
+        running = _together([batch for batch, _ in ended])
+        rested = _joined(rested, *(rest for _, rest in ended))
         room = max(kept - len(rested.origin), 0)
-        if room < len(search.batch.index):
-            best = np.zeros(len(search.batch.index), dtype=bool)
-            best[np.argsort(search.batch.merit, kind="stable")[:room]] = True
-            search.batch = search.batch.only(best)
-    found = _joined(rested, search.batch.minimum)
+        if room < len(running.index):
+            best = np.zeros(len(running.index), dtype=bool)
+            best[np.argsort(running.merit, kind="stable")[:room]] = True
+            running = running.only(best)
+    found = _joined(rested, running.minimum)
     order = np.argsort(found.origin)
     return Minimum(found.x[order], found.value[order], found.violation[order], found.origin[order])
 
 
-def _joined(first: Minimum, second: Minimum) -> Minimum:
-    return Minimum(
-        np.concatenate([first.x, second.x]),
-        np.concatenate([first.value, second.value]),
-        np.concatenate([first.violation, second.violation]),
-        np.concatenate([first.origin, second.origin]),
-    )
+def _joined(*minima: Minimum) -> Minimum:
+    x, value, violation, origin = (np.concatenate(one) for one in zip(*minima, strict=True))
+    return Minimum(x, value, violation, origin)
 
 
 @dataclass
@@ -127,6 +128,13 @@ class _Batch:
         """The problems of `mask` alone."""
         return _Batch(*(getattr(self, field.name)[mask] for field in fields(self)))
 
+    def divided(self, parts: int) -> list[_Batch]:
+        """The problems in so many parts, in order."""
+        if parts == 1:
+            return [self]
+        arrays = (np.array_split(getattr(self, field.name), parts) for field in fields(self))
+        return [_Batch(*part) for part in zip(*arrays, strict=True)]
+
     @property
     def violation(self) -> Array:
         """(B,) largest constraint violation."""
@@ -140,37 +148,72 @@ class _Batch:
         return Minimum(self.x, self.value, self.violation, self.index)
 
 
+def _together(parts: Sequence[_Batch]) -> _Batch:
+    """Parts of a batch as one again."""
+    if len(parts) == 1:
+        return parts[0]
+    names = [field.name for field in fields(_Batch)]
+    return _Batch(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+
+
+def _begun(
+    problem: Problem, lower: Array, upper: Array, start: tuple[IntArray, Array, Array]
+) -> _Batch:
+    """A batch at its starts: their numbers, places (B, D) and first penalties (B,)."""
+    index, x, first = start
+    count, size = x.shape
+    step = problem(x, index)
+    multipliers = np.zeros_like(step.margins)
+    penalty = np.broadcast_to(first[:, None], step.margins.shape).copy()
+    merit, gradient = _merit(step, multipliers, penalty)
+    batch = _Batch(
+        index=index,
+        x=x,
+        value=step.value,
+        margins=step.margins,
+        merit=merit,
+        gradient=gradient,
+        multipliers=multipliers,
+        penalty=penalty,
+        broken=np.maximum(0.0, -step.margins),
+        checkpoint=step.value.copy(),
+        inverse=np.tile(np.eye(size), (count, 1, 1)),
+        fresh=np.ones(count, dtype=bool),
+        direction=np.zeros_like(x),
+        length=np.ones(count),
+    )
+    _Search(problem, lower, upper, batch).aim(np.ones(count, dtype=bool))
+    return batch
+
+
+def _advanced(
+    problem: Problem,
+    lower: Array,
+    upper: Array,
+    iterations: int,
+    tolerance: float,
+    batch: _Batch,
+) -> tuple[_Batch, Minimum]:
+    """A batch after so many evaluations, and the problems of it that have come to rest."""
+    search = _Search(problem, lower, upper, batch)
+    rested = batch.only(np.zeros(len(batch.index), dtype=bool)).minimum
+    for iteration in range(iterations):
+        if not len(search.batch.index):
+            break
+        search.advance()
+        if iteration % 10 == 9:
+            done = search.update_multipliers(tolerance)
+            if done.any():
+                rested = _joined(rested, search.batch.only(done).minimum)
+                search.batch = search.batch.only(~done)
+    return search.batch, rested
+
+
 class _Search:
     """Moves a batch of problems within bounds."""
 
-    def __init__(
-        self, problem: Problem, x: Array, lower: Array, upper: Array, penalties: Sequence[float]
-    ) -> None:
-        self.problem, self.lower, self.upper = problem, lower, upper
-        count, size = x.shape
-        index = np.arange(count)
-        step = problem(x, index)
-        first = np.resize(np.array(penalties), (count, 1))
-        multipliers = np.zeros_like(step.margins)
-        penalty = np.broadcast_to(first, step.margins.shape).copy()
-        merit, gradient = _merit(step, multipliers, penalty)
-        self.batch = _Batch(
-            index=index,
-            x=x,
-            value=step.value,
-            margins=step.margins,
-            merit=merit,
-            gradient=gradient,
-            multipliers=multipliers,
-            penalty=penalty,
-            broken=np.maximum(0.0, -step.margins),
-            checkpoint=step.value.copy(),
-            inverse=np.tile(np.eye(size), (count, 1, 1)),
-            fresh=np.ones(count, dtype=bool),
-            direction=np.zeros_like(x),
-            length=np.ones(count),
-        )
-        self._aim(np.ones(count, dtype=bool))
+    def __init__(self, problem: Problem, lower: Array, upper: Array, batch: _Batch) -> None:
+        self.problem, self.lower, self.upper, self.batch = problem, lower, upper, batch
 
     def advance(self) -> None:
         """One evaluation: accept where the merit falls enough, shorten the step elsewhere."""
@@ -197,7 +240,7 @@ class _Search:
         now.inverse[stuck] = np.eye(now.x.shape[1])
         now.fresh |= stuck
         now.length = np.where(good | stuck, 1.0, now.length * shrink)
-        self._aim(good | stuck)
+        self.aim(good | stuck)
 
     def update_multipliers(self, tolerance: float) -> BoolArray:
         """Move the multipliers; say which problems have come to rest."""
@@ -212,7 +255,7 @@ class _Search:
         now.checkpoint = now.value.copy()
         step = self.problem(now.x, now.index)
         now.merit, now.gradient = _merit(step, now.multipliers, now.penalty)
-        self._aim(np.ones(len(now.x), dtype=bool))
+        self.aim(np.ones(len(now.x), dtype=bool))
         now.length[:] = 1.0
         return done
 
@@ -234,7 +277,7 @@ class _Search:
         now.inverse += outer
         now.inverse += outer.transpose(0, 2, 1)
 
-    def _aim(self, which: BoolArray) -> None:
+    def aim(self, which: BoolArray) -> None:
         """New search directions, in the subspace of the variables that are free to move."""
         now = self.batch
         free = ~(

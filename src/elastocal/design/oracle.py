@@ -5,6 +5,8 @@ s(x) = tr(G M_x) = |rows(x) V|² with G = V Vᵀ, climbed from many starts in lo
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from elastocal.arrays import Array, IntArray
@@ -28,21 +30,37 @@ def climb(
     """
     root = square_root(gradient)
     level = max(float(((space.evaluate(x).blocks @ root) ** 2).sum(axis=(1, 2)).max()), 1e-200)
+    found = minimise(
+        _Descent(space, root, level),
+        x,
+        space.lower,
+        space.upper,
+        stages=stages,
+        tolerance=1e-9,
+        parts=space.parts,
+    )
+    feasible = restore(space, found.x)
+    return feasible, sensitivity(space, feasible, root), found.origin
 
-    def problem(points: Array, _: IntArray) -> Trial:
-        evaluation = space.evaluate(points)
+
+@dataclass(frozen=True)
+class _Descent:
+    """Minus the sensitivity, in units of `level`."""
+
+    space: DesignSpace
+    root: Array
+    level: float
+
+    def __call__(self, x: Array, _: IntArray) -> Trial:
+        evaluation = self.space.evaluate(x)
         blocks = evaluation.blocks
         n, r, p = blocks.shape
-        image = blocks.reshape(n * r, p) @ root
-        value = -(image**2).reshape(n, -1).sum(axis=1) / level
-        cotangent = (image @ (root.T * (-2.0 / level))).reshape(n, r, p)
+        image = blocks.reshape(n * r, p) @ self.root
+        value = -(image**2).reshape(n, -1).sum(axis=1) / self.level
+        cotangent = (image @ (self.root.T * (-2.0 / self.level))).reshape(n, r, p)
         return Trial(
             value, evaluation.margins, lambda weights: evaluation.pull(cotangent, -weights)
         )
-
-    found = minimise(problem, x, space.lower, space.upper, stages=stages, tolerance=1e-9)
-    feasible = restore(space, found.x)
-    return feasible, sensitivity(space, feasible, root), found.origin
 
 
 def sensitivity(space: DesignSpace, x: Array, root: Array) -> Array:

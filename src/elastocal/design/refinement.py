@@ -97,15 +97,43 @@ def refine(goal: Goal, plans: Plans, *, stages: Stages, tolerance: float = 1e-10
     """Move the points of plans to local optima under the constraints; keep the best plans."""
     space = goal.space
     batch, s, d = plans.x.shape
+    found = minimise(
+        _Worth(goal, plans.counts),
+        plans.x.reshape(batch, -1),
+        np.tile(space.lower, s),
+        np.tile(space.upper, s),
+        stages=stages,
+        tolerance=tolerance,
+        parts=lambda count: space.parts(count * s),
+    )
+    x = restore(space, found.x.reshape(-1, d))
+    broken = np.asarray((space.evaluate(x).margins < -1e-8).any(axis=1))
+    x = np.where(broken[:, None], plans.x[found.origin].reshape(-1, d), x).reshape(-1, s, d)
+    counts = plans.counts[found.origin]
+    return Plans(x, counts, goal.values(x, counts))
 
-    def problem(flat: Array, which: IntArray) -> Trial:
-        counts = plans.counts[which]
-        evaluation = space.evaluate(flat.reshape(-1, d))
+
+@dataclass(frozen=True)
+class _Worth:
+    """Minus the logarithm of what plans are worth, as a function of their points.
+
+    Attributes:
+        goal: What plans are worth.
+        counts: (B, s) repeats of all plans.
+    """
+
+    goal: Goal
+    counts: IntArray
+
+    def __call__(self, x: Array, which: IntArray) -> Trial:
+        """At the points (b, s·d) of the plans `which`."""
+        space, counts = self.goal.space, self.counts[which]
+        evaluation = space.evaluate(x.reshape(counts.size, -1))
         blocks = evaluation.blocks.reshape(len(which), -1, space.parameters)
         rows = evaluation.blocks.shape[1]
         repeats = np.repeat(counts, rows, axis=1)[:, :, None].astype(float)
-        total = goal.base + blocks.transpose(0, 2, 1) @ (blocks * repeats)
-        value, slope = goal.criterion.both(total)
+        total = self.goal.base + blocks.transpose(0, 2, 1) @ (blocks * repeats)
+        value, slope = self.goal.criterion.both(total)
         regular = value > TINY
         value = np.where(regular, value, TINY)
         gradient = slope * np.where(regular, -2.0 / value, 0.0)[:, None, None]
@@ -117,17 +145,3 @@ def refine(goal: Goal, plans: Plans, *, stages: Stages, tolerance: float = 1e-10
             return evaluation.pull(cotangent, shaped).reshape(len(which), -1)
 
         return Trial(-np.log(value), margins, pull)
-
-    found = minimise(
-        problem,
-        plans.x.reshape(batch, -1),
-        np.tile(space.lower, s),
-        np.tile(space.upper, s),
-        stages=stages,
-        tolerance=tolerance,
-    )
-    x = restore(space, found.x.reshape(-1, d))
-    broken = np.asarray((space.evaluate(x).margins < -1e-8).any(axis=1))
-    x = np.where(broken[:, None], plans.x[found.origin].reshape(-1, d), x).reshape(-1, s, d)
-    counts = plans.counts[found.origin]
-    return Plans(x, counts, goal.values(x, counts))

@@ -44,6 +44,9 @@ class DesignSpace(Protocol):
     def upper(self) -> Array:
         """(d,) upper bounds of the design variables."""
 
+    def parts(self, count: int) -> int:
+        """Into how many parts to divide `count` points for several cores; 1 where one is fast."""
+
     def sample(self, count: int, rng: np.random.Generator) -> Array:
         """(count, d) distinct random feasible points, covering the whole feasible set.
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
+from elastocal.cores import dealt, several_cores
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import IdentifiabilityError, InputError
@@ -96,7 +97,7 @@ def campaigns(
     """
     how, reality = how or Fit(), reality or Reality()
     linear, arm = reality.linear, study.fitted_arm
-    _check(study, truth, number, workers, how)
+    _check(study, truth, number, how)
     judges = tuple(judge(arm, truth, pose, linear=linear) for pose in study.test_poses)
     shared: dict[str, _Plan] = {}
     for name, (planned, times) in plans.items():
@@ -180,15 +181,13 @@ def _random_campaigns(
     return RandomCampaigns(m, plans, frozen(rho0), frozen(total))
 
 
-def _check(study: Study, truth: ComplianceModel, number: int, workers: int, how: Fit) -> None:
+def _check(study: Study, truth: ComplianceModel, number: int, how: Fit) -> None:
     missing = [name for name in study.fitted.names if name not in truth.names]
     if missing:
         does = "identifies" if missing[0] in study.springs.names else "knows"
         raise InputError(f"the truth says nothing of {missing[0]}, which the study {does}")
     if number < 2:
         raise InputError(f"the number of campaigns must be at least 2, found {number}")
-    if workers < 1:
-        raise InputError(f"the number of workers must be at least 1, found {workers}")
     if how.robust or how.nonnegative:
         raise InputError("many campaigns are fitted by plain least squares, without bounds")
 
@@ -227,24 +226,18 @@ def _run(
     """The results of all chunks, in order."""
     tell = progress or (lambda what, share: None)
     done: list[tuple[Array, Array, Array]] = []
-    results = (_chunk(shared[name], size, seed) for name, size, seed in jobs)
-    if workers > 1:
-        try:
-            from joblib import Parallel, delayed
-        except ImportError:
-            raise InputError(
-                "more than one worker needs joblib: install elastocal[parallel]"
-            ) from None
-        run = Parallel(n_jobs=workers, return_as="generator")
-        results = run(delayed(_chunk)(shared[name], size, seed) for name, size, seed in jobs)
-    for (name, _, _), result in zip(jobs, results, strict=True):
-        done.append(result)
-        tell(name, len(done) / len(jobs))
+    work = [(shared[name], size, seed) for name, size, seed in jobs]
+    with several_cores(workers):
+        results = dealt(_chunk, work)
+        for (name, _, _), result in zip(jobs, results, strict=True):
+            done.append(result)
+            tell(name, len(done) / len(jobs))
     return done
 
 
-def _chunk(plan: _Plan, size: int, seed: np.random.SeedSequence) -> tuple[Array, Array, Array]:
-    """Estimates, standard errors and errors at the test poses of `size` campaigns."""
+def _chunk(work: tuple[_Plan, int, np.random.SeedSequence]) -> tuple[Array, Array, Array]:
+    """Estimates, standard errors and errors at the test poses of so many campaigns of a plan."""
+    plan, size, seed = work
     rng = np.random.default_rng(seed)
     readings = _readings(plan, size, rng)
     true = plan.compliance[plan.design.free]

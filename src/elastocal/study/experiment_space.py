@@ -27,6 +27,10 @@ from elastocal.wording import worded
 _CHUNK = 2048  # load cases evaluated at once: what stays in the cache
 
 
+_PART = 96  # load cases that make a part for one of several cores; fewer cost more than they save
+_PARTS = 4  # most parts
+
+
 @dataclass(frozen=True)
 class LoadCaseSpace:
     """Load cases under joint limits, constraints and a bound on the wrench.
@@ -69,6 +73,12 @@ class LoadCaseSpace:
     def evaluate(self, x: Array) -> LoadCaseEvaluation:
         """Regressor rows in units of their noise, margins and gradients at design points (N, d)."""
         return LoadCaseEvaluation(self, x)
+
+    def parts(self, count: int) -> int:
+        """Into how many parts to divide load cases for several cores; 1 where one is fast."""
+        if not any(constraint.one_by_one for constraint in self.constraints):
+            return 1
+        return min(max(count // _PART, 1), _PARTS)
 
     def load_cases(self, x: Array) -> LoadCases:
         """Load cases at design points (N, d)."""

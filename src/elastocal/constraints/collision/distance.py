@@ -8,8 +8,9 @@ farther than the horizon is not measured.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property
-from typing import NamedTuple
+from functools import cached_property, lru_cache
+from typing import Any, NamedTuple
+from uuid import uuid4
 
 import numpy as np
 
@@ -44,6 +45,11 @@ class Pairs:
     solids: tuple[Solid, ...]
     index: tuple[tuple[int, int], ...]
     _coal: dict[int, PairDistance] = field(default_factory=dict, repr=False, compare=False)
+    _key: str = field(default_factory=lambda: uuid4().hex, repr=False, compare=False)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # What coal needs takes long to make: a process makes it once, however often it is told.
+        return _known, (self._key, self.solids, self.index)
 
     @cached_property
     def first(self) -> IntArray:
@@ -89,11 +95,27 @@ class Pairs:
         first, second = self.index[pair]
         return self.solids[first], self.solids[second]
 
+    @property
+    def closed(self) -> bool:
+        """Whether all distances have closed forms."""
+        return bool(self.exact[[i for pair in self.index for i in pair]].all())
+
     def coal(self, pair: int) -> PairDistance:
         """The distance of a pair that has no closed form."""
         if pair not in self._coal:
             self._coal[pair] = PairDistance(*self.of(pair))
         return self._coal[pair]
+
+
+@lru_cache(maxsize=64)
+def _seen(key: str) -> dict[str, Pairs]:
+    """The pairs that came to this process under a key."""
+    return {}
+
+
+def _known(key: str, solids: tuple[Solid, ...], index: tuple[tuple[int, int], ...]) -> Pairs:
+    """The pairs of that key as they came first."""
+    return _seen(key).setdefault(key, Pairs(solids, index, _key=key))
 
 
 def nearest(
