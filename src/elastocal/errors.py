@@ -122,6 +122,7 @@ Code = Literal[
     "load-too-large",
     "load-outside-cone",
     "load-outside-plane",
+    "outside-study",
     "same-information",
     "claims-experiments",
     "claims-rho0",

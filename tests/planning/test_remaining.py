@@ -125,7 +125,7 @@ def test_the_rest_has_as_many_configurations_as_allowed(
 
 
 def test_a_campaign_that_is_done_has_no_rest(study: Study, campaign: ec.Plan) -> None:
-    with pytest.raises(InputError, match="has 12 experiments, all 12"):
+    with pytest.raises(InputError, match="has 12 experiments, and 12 are wanted in all"):
         remaining(study, done(study, broken_off(study, campaign, 12)))
 
 
@@ -151,7 +151,9 @@ def test_the_command_plans_judges_and_reports_the_rest(
     more = ["plan", str(path), "--after", str(data), "-o", str(out)]
     few = run(app, [*more, "--count", "5"])
     assert few.exit_code == 2
-    assert "all 5 of the study; ask for more with --count" in " ".join(few.output.split())
+    assert "and 5 are wanted in all; ask for more than 5 with --count" in " ".join(
+        few.output.split()
+    )
     two = run(app, [*more, "--count", "7", "--json"])
     assert json.loads(two.stdout)["experiments"] == 2
     out.write_text(text.replace('"information_N2m2": [', '"information_N2m2": [[1],'), "utf-8")

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 import sys
+from collections.abc import Container
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from elastocal.arrays import Array, frozen
 from elastocal.elastic.compliance_model import ComplianceModel, merged_models
 from elastocal.errors import InputError
 from elastocal.files.measurements.measurement_file import read_measurements
+from elastocal.files.measurements.recognised import has_readings
 from elastocal.files.models.model_file import model_sections, read_model
 from elastocal.files.models.provenance_section import made_from
 from elastocal.files.paths.path_file import read_path
@@ -26,6 +28,7 @@ from elastocal.files.study.known import KnownOf, known_at
 from elastocal.files.study.study_file import parse_study, read_study
 from elastocal.identification.fit import Fit
 from elastocal.measuring.measurements import Measurements
+from elastocal.planning.as_measured import Measured
 from elastocal.planning.baseline import in_test_poses
 from elastocal.robot.chain import Robot, Tool
 from elastocal.study.known import Known
@@ -89,6 +92,25 @@ def proposals(paths: list[Path], study: Study) -> dict[str, Proposal]:
     for path in paths:
         named[path.name if path.name not in named else str(path)] = read_proposal(path, study)
     return named
+
+
+def measured_among(paths: list[Path], mapping: Path | None) -> list[Path]:
+    """Those of the files that have readings, and are no plans.
+
+    Raises:
+        InputError: none has, and there is a mapping for it.
+    """
+    read = [path for path in paths if has_readings(path, foreign=mapping is not None)]
+    if mapping is not None and not read:
+        raise InputError(f"{mapping}: a mapping is for measurements, and these files are plans")
+    return read
+
+
+def as_proposal(paths: list[Path], done: Measured, taken: Container[str]) -> Proposal:
+    """A campaign that was measured as a plan that claims nothing, by the names of its files."""
+    name = ", ".join(path.name for path in paths)
+    name = ", ".join(map(str, paths)) if name in taken else name
+    return Proposal(name, done.cases, done.repeats)
 
 
 def baselines(study: Study, proposed: dict[str, Proposal]) -> dict[str, Proposal]:

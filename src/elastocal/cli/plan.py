@@ -12,6 +12,7 @@ import typer
 from elastocal.cli.common import (
     Force,
     Json,
+    Mapping,
     Overwrite,
     Seed,
     Start,
@@ -27,6 +28,8 @@ from elastocal.cli.common import (
 from elastocal.errors import InfeasibleError, InputError
 
 if TYPE_CHECKING:
+    from elastocal.measuring.measurements import Measurements
+    from elastocal.planning.as_measured import Measured
     from elastocal.planning.certificate import Bound
     from elastocal.planning.evaluation import Evaluation
     from elastocal.study.study import Study
@@ -40,10 +43,12 @@ def plan_command(
         Path, typer.Option("--out", "-o", help="Plan to write; the run sheet goes beside it.")
     ] = Path("plan.json"),
     count: Annotated[
-        int | None, typer.Option(help="Experiments in all, instead of the study's.")
+        int | None,
+        typer.Option(help="Experiments in all, those of --after included; not as in the study."),
     ] = None,
     max_configurations: Annotated[
-        int | None, typer.Option(help="Most distinct configurations, instead of the study's.")
+        int | None,
+        typer.Option(help="Most distinct configurations that are planned; not as in the study."),
     ] = None,
     criterion: Annotated[
         str | None, typer.Option(help="Criterion, instead of the study's.")
@@ -52,6 +57,7 @@ def plan_command(
         list[Path] | None,
         typer.Option(help="What was measured already (CSV): plan the rest of the campaign."),
     ] = None,
+    mapping: Mapping = None,
     known: Annotated[
         Path | None,
         typer.Option(help="What is known of further joints: model.json, or plan.json of a step 1."),
@@ -70,7 +76,9 @@ def plan_command(
     from elastocal.terminal.plans import show_plan
     from elastocal.wording import worded
 
-    given = [study_file, *(after or [])]
+    if mapping is not None and not after:
+        raise InputError("--mapping belongs to --after, which is not given")
+    given = [study_file, *(after or []), *([mapping] if mapping else [])]
     sheet = out.with_suffix(".csv")
     writable(out, *given, suffix=".json")
     study = read_study(study_file, known_in(known))
@@ -79,7 +87,7 @@ def plan_command(
         replaceable(file, kind, force=force)
     study = _overridden(study, count, max_configurations, criterion)
     if after:
-        study = _rest(study, after, as_json)
+        study = _rest(study, after, mapping, as_json)
     for doubt in renamed(study):
         print(f"note: {worded(doubt)}", file=sys.stderr)
     made = planned(study, out, seed, workers)
@@ -90,20 +98,26 @@ def plan_command(
     print(f"wrote {out} and {sheet}")
 
 
-def _rest(study: Study, measured: list[Path], as_json: bool) -> Study:
+def _rest(study: Study, measured: list[Path], mapping: Path | None, as_json: bool) -> Study:
     """The study of what is left after the experiments in `measured`."""
     from elastocal.cli.inputs import readings
     from elastocal.planning.remaining import done, remaining
+
+    data = readings(study, measured, mapping)
+    _note(data, as_json)
+    return remaining(study, done(study, data))
+
+
+def _note(data: Measurements, as_json: bool) -> None:
+    """Say what looks odd in readings, beside a document on standard error."""
     from elastocal.terminal.measurements import show_remarks
     from elastocal.wording import worded
 
-    data = readings(study, measured)
-    if as_json:
-        for remark in (*data.remarks, *map(worded, data.doubts)):
-            print(f"note: {remark}", file=sys.stderr)
-    else:
+    if not as_json:
         show_remarks(data)
-    return remaining(study, done(study, data))
+        return
+    for remark in (*data.remarks, *map(worded, data.doubts)):
+        print(f"note: {remark}", file=sys.stderr)
 
 
 def _overridden(
@@ -125,8 +139,13 @@ def _overridden(
 def evaluate_command(
     study_file: StudyPath,
     plans: Annotated[
-        list[Path], typer.Argument(help="Plans (JSON or CSV), side by side.", show_default=False)
+        list[Path],
+        typer.Argument(
+            help="Plans (JSON or CSV), side by side; measurements (CSV) are judged as a plan.",
+            show_default=False,
+        ),
     ],
+    mapping: Mapping = None,
     random: Annotated[
         int, typer.Option(help="Random feasible plans to compare with; 0 for none.", min=0)
     ] = 1000,
@@ -150,12 +169,22 @@ def evaluate_command(
     as_json: Json = False,
 ) -> None:
     """Judge plans from the study alone; refuse what breaks a constraint or claims too much."""
-    from elastocal.cli.inputs import baselines, knowing_as, load, note_origin, proposals, with_path
+    from elastocal.cli.inputs import (
+        as_proposal,
+        baselines,
+        knowing_as,
+        load,
+        measured_among,
+        note_origin,
+        proposals,
+        with_path,
+    )
     from elastocal.cli.planning import bound
     from elastocal.files.plans.evaluation_document import evaluation_document
     from elastocal.files.plans.proposal_file import study_for
     from elastocal.files.study.study_file import read_study
     from elastocal.planning.along_paths import better_along
+    from elastocal.planning.as_measured import evaluate_measured
     from elastocal.planning.evaluation import evaluate
     from elastocal.planning.trade_off import random_plans
     from elastocal.study.study import with_count
@@ -171,32 +200,46 @@ def evaluate_command(
     results = {}
     bounds: dict[tuple[str, str, str, int], Bound] = {}
     studies: dict[int, Study] = {}
-    proposed = proposals(plans, study)
+    read = measured_among(plans, mapping)
+    proposed = proposals([file for file in plans if file not in read], study)
+    measured: dict[str, Measured] = {}
+    if read:
+        done = _measured(study, read, mapping, as_json)
+        campaign = as_proposal(read, done, proposed)
+        proposed[campaign.name], measured[campaign.name] = campaign, done
     written, study = study, knowing_as(study, proposed)
-    measured = baselines(study, proposed) if at_test_poses else {}
-    for name, proposal in (proposed | measured).items():
+    bases = baselines(study, proposed) if at_test_poses else {}
+    for name, proposal in (proposed | bases).items():
         note_origin(name, proposal, written, study.known)
-        m, done = proposal.count, proposal.done
-        if done is not None:
+        m, before = proposal.count, proposal.done
+        if before is not None:
             print(
-                f"note: {name} counts the information of {done.experiments} experiments "
-                f"measured before it ({done.source})",
+                f"note: {name} counts the information of {before.experiments} experiments "
+                f"measured before it ({before.source})",
                 file=sys.stderr,
             )
         # A plan is judged by the criterion it was made for.
         wanted = studies[m] = study_for(proposal, study)
-        before = "" if done is None else done.sha256
         known = "" if wanted.known is None else wanted.known.sha256
-        key = (wanted.criterion, before, known, m if wanted.prior.any() else 0)
+        key = (
+            wanted.criterion,
+            "" if before is None else before.sha256,
+            known,
+            m if wanted.prior.any() else 0,
+        )
         if key not in bounds:
             bounds[key] = bound(wanted, m, seed, workers)
-        results[name] = evaluate(
-            wanted,
-            proposal.load_cases,
-            proposal.repeats,
-            proposal.claims,
-            bounds[key],
-            proposal.via,
+        results[name] = (
+            evaluate_measured(wanted, measured[name], bounds[key])
+            if name in measured
+            else evaluate(
+                wanted,
+                proposal.load_cases,
+                proposal.repeats,
+                proposal.claims,
+                bounds[key],
+                proposal.via,
+            )
         )
     rho0 = {}
     for m, wanted in studies.items() if random else ():
@@ -206,8 +249,19 @@ def evaluate_command(
         own = {name: {pose: shares[name] for pose, shares in better.items()} for name in results}
         print_json({n: evaluation_document(r, study, own[n]) for n, r in results.items()})
     else:
-        show_evaluations(study, results, rho0, better, tuple(measured))
+        show_evaluations(study, results, rho0, better, tuple(bases))
     _refuse({name: results[name] for name in proposed})
+
+
+def _measured(study: Study, files: list[Path], mapping: Path | None, as_json: bool) -> Measured:
+    """The campaign in measurement files; what looks odd in it is said."""
+    from elastocal.cli.inputs import readings
+    from elastocal.files.measurements.suspicious import kept_aside
+    from elastocal.planning.as_measured import as_measured
+
+    data = kept_aside(readings(study, files, mapping))
+    _note(data, as_json)
+    return as_measured(data, study.robot)
 
 
 def _refuse(results: dict[str, Evaluation]) -> None:

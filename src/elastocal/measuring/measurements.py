@@ -15,6 +15,11 @@ from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import Doubt, InputError
 from elastocal.robot.chain import Tool
 
+JOINT_SCATTER = np.radians(0.02)  # rad, or 0.02/57 m
+"""What a controller may show differently while the robot stands."""
+FORCE_SCATTER = 0.01
+"""What a force sensor may under one load, relative to it."""
+
 
 @dataclass(frozen=True)
 class Quantity:

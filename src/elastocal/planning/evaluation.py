@@ -41,6 +41,7 @@ class Evaluation:
         remarks: What is odd about it, but holds: load cases that tell the same.
         collisions: Motions between configurations that are not allowed; objections, too.
         view: What the tracker sees in every configuration; None if there is no tracker.
+        measured: Whether it is a campaign that was measured, and no plan.
     """
 
     repeats: IntArray
@@ -51,6 +52,7 @@ class Evaluation:
     remarks: tuple[Doubt, ...] = ()
     collisions: tuple[Doubt, ...] = ()
     view: Visibility | None = None
+    measured: bool = False
 
     @property
     def count(self) -> int:
@@ -69,7 +71,7 @@ def evaluate(
     repeats: IntArray,
     claims: dict[str, Any],
     bound: Bound,
-    via: Vias = (),
+    via: Vias | None = (),
 ) -> Evaluation:
     """Judge load cases against a study.
 
@@ -80,7 +82,7 @@ def evaluate(
         claims: What is claimed: rho0 [m], lower_bound [m], efficiency, standard_error by joint,
             covariance as names and a matrix, criteria by name, in SI.
         bound: Bound for this study and as many experiments.
-        via: Configurations passed on the way, see `motion.Vias`.
+        via: Configurations passed on the way, see `motion.Vias`; None: motions are not judged.
     """
     study = with_count(study, int(repeats.sum()))
     worth = assess(study, cases, repeats)
@@ -88,7 +90,7 @@ def evaluate(
     bound = confirmed(study, bound, x, np.random.default_rng(0))
     proof = certificate(study, bound, worth, study.experiments.count)
     open_ends = unidentifiable(study.fitted.names, worth.information)
-    collisions = motion_violations(study.motion_space, cases.q, via)
+    collisions = () if via is None else motion_violations(study.motion_space, cases.q, via)
     objections = [*worth.violations, *collisions, *_false_claims(study, worth, proof, claims)]
     view = visibility(study.space, cases.q)
     repeats = frozen(repeats, np.int64)

@@ -55,8 +55,9 @@ def remaining(study: Study, before: Done) -> Study:
     left = e.count - before.experiments
     if left < 1:
         raise InputError(
-            f"{before.source}: has {before.experiments} experiments, all {e.count} of the study; "
-            "ask for more with --count, or raise `count` in the study"
+            f"{before.source}: has {before.experiments} experiments, and {e.count} are wanted in "
+            f"all; ask for more than {before.experiments} with --count, which counts those that "
+            "are measured, or raise `count` in the study"
         )
     configurations = None if e.max_configurations is None else min(left, e.max_configurations)
     experiments = replace(e, count=left, max_configurations=configurations)

@@ -27,6 +27,10 @@ from elastocal.wording.lists import counted
 from elastocal.wording.numbers import described, number, shown_unit
 from elastocal.wording.plans import freedom
 
+MEASURED = (
+    "a measurement file, whose configurations and loads are judged as a plan, with the noise of "
+    "the study."
+)
 _ERRORS = "Standard errors of the compliances"
 
 
@@ -219,7 +223,9 @@ def show_evaluations(
         proof = result.certificate
         known = proof.kind != "none"
         bound = "–" if proof.position_bound is None else micrometres(proof.position_bound)
-        verdict = Text("holds", "green") if result.accepted else Text("refused", "bold red")
+        verdict = Text("measured" if result.measured else "holds", "green")
+        if not result.accepted:
+            verdict = Text("refused", "bold red")
         table.add_row(
             Text(name),
             str(result.count),
@@ -233,6 +239,8 @@ def show_evaluations(
     show_test_poses(study, {name: r.assessment for name, r in results.items()}, better or {})
     whole(_errors_of_plans(study, results))
     for name, result in results.items():
+        if result.measured:
+            out.print(Text(f"{name}: {MEASURED}"))
         show_view(result.view, name)
         for doubt in (*result.objections, *result.unidentified):
             out.print(Text(f"{name}: {worded(doubt)}", "red"))

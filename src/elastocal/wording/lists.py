@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+LONGEST = 40
+"""Characters of a name that are shown."""
 _MOST = 5  # names listed before the rest is counted
 
 
@@ -16,3 +18,8 @@ def listed(names: Sequence[str]) -> str:
 def counted(count: int, noun: str) -> str:
     """A number with its noun: 1 reading, 2 readings."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def experiments(names: Sequence[str]) -> str:
+    """'experiments 3, 5' and how many more."""
+    return f"experiment{'s' if len(names) > 1 else ''} {listed([n[:LONGEST] for n in names])}"

@@ -5,15 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from elastocal.errors import Code, Doubt
-from elastocal.wording.lists import listed
+from elastocal.wording.lists import LONGEST, experiments, listed
 from elastocal.wording.numbers import shown
-
-_LONGEST = 40  # characters of a name
-
-
-def _experiments(names: Sequence[str]) -> str:
-    """'experiments 3, 5' and how many more."""
-    return f"experiment{'s' if len(names) > 1 else ''} {listed([n[:_LONGEST] for n in names])}"
 
 
 def _radians(doubt: Doubt) -> str:
@@ -30,7 +23,7 @@ def _beyond(doubt: Doubt) -> str:
         f"{factor * doubt.numbers[name]:.6g}" for name in ("lower", "upper", "value")
     )
     return (
-        f"{_experiments(doubt.about)}: {doubt.because[0]} is beyond its limits {lower} … {upper} "
+        f"{experiments(doubt.about)}: {doubt.because[0]} is beyond its limits {lower} … {upper} "
         f"{unit} (at {value} {unit})"
     )
 
@@ -53,18 +46,24 @@ def _large(doubt: Doubt) -> str:
     size = f"{doubt.numbers['deflection']:.4g}"
     if doubt.unit == "rad":
         return (
-            f"{_experiments(doubt.about)}: the rotation is {size} rad: were milliradians or "
+            f"{experiments(doubt.about)}: the rotation is {size} rad: were milliradians or "
             "degrees meant, or orientations of different things subtracted?"
         )
     return (
-        f"{_experiments(doubt.about)}: the deflection is {size} m: "
+        f"{experiments(doubt.about)}: the deflection is {size} m: "
         "were millimetres or micrometres meant, or positions of different points subtracted?"
     )
 
 
+def _between(doubt: Doubt) -> str:
+    """'500', or '115 to 1166' where they differ."""
+    ends = dict.fromkeys(f"{doubt.numbers[end]:.4g}" for end in ("least", "most"))
+    return " to ".join(ends)
+
+
 def _not_used(names: Sequence[str]) -> str:
     """'columns 'a', 'b' are', as the beginning of a sentence."""
-    quoted = listed([repr(name[:_LONGEST]) for name in names])
+    quoted = listed([repr(name[:LONGEST]) for name in names])
     return f"columns {quoted} are" if len(names) > 1 else f"column {quoted} is"
 
 
@@ -84,13 +83,13 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     ),
     "radians-for-degrees": _radians,
     "beyond-joint-limits": _beyond,
-    "no-load": lambda doubt: f"{_experiments(doubt.about)}: no load at all, so nothing can deflect",
+    "no-load": lambda doubt: f"{experiments(doubt.about)}: no load at all, so nothing can deflect",
     "other-force": lambda doubt: (
-        f"{_experiments(doubt.about)}: the force is {doubt.numbers['force']:.4g} N where the study "
-        f"plans {doubt.numbers['planned']:.4g} N"
+        f"{experiments(doubt.about)}: the force is {_between(doubt)} N where the study plans "
+        f"{doubt.numbers['planned']:.4g} N"
     ),
     "other-direction": lambda doubt: (
-        f"{_experiments(doubt.about)}: the force points along "
+        f"{experiments(doubt.about)}: the force points along "
         f"[{' '.join(f'{doubt.numbers[axis]:.2f}' for axis in 'xyz')}], which the study does not "
         "plan"
     ),
@@ -108,10 +107,10 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         "were loaded and unloaded exchanged, or the sign of the force?"
     ),
     "zero-deflection": lambda doubt: (
-        f"{_experiments(doubt.about)}: the {_reading(doubt)} is exactly zero"
+        f"{experiments(doubt.about)}: the {_reading(doubt)} is exactly zero"
     ),
     "fewer-readings": lambda doubt: (
-        f"{_experiments(doubt.about)}: {doubt.numbers['readings']} of up to "
+        f"{experiments(doubt.about)}: {doubt.numbers['readings']} of up to "
         f"{doubt.numbers['most']} readings that other experiments have"
     ),
     "marker-not-measured": lambda doubt: (

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from elastocal.errors import Code, Doubt
-from elastocal.wording.lists import listed
+from elastocal.wording.lists import experiments, listed
 from elastocal.wording.numbers import described
 
 
@@ -61,6 +61,12 @@ def freedom(free: Sequence[str], turns_with_load: str, load_range: float) -> lis
 
 
 _CLAIMS = "it claims {claimed:.6g} mm but has {found:.6g} mm"
+_LIMITS = {
+    "load-differs": "the load of the study",
+    "load-too-large": "the bound of the load",
+    "load-outside-cone": "the cone of the load",
+    "load-outside-plane": "the plane of the load",
+}
 _ONE_SIDE = 1e-6  # spread of loads from one side: rounding [rad]
 
 SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
@@ -82,6 +88,10 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     "load-outside-plane": lambda doubt: (
         f"{_at(doubt)} has a {_kind(doubt)} out of the plane by "
         f"{described(doubt.numbers['by'], 'rad')}"
+    ),
+    "outside-study": lambda doubt: (
+        f"{experiments(doubt.about)}: outside {_LIMITS.get(doubt.because[0], doubt.because[0])} by "
+        f"{described(doubt.numbers['by'], doubt.unit)}"
     ),
     "same-information": lambda doubt: (
         f"load cases {listed(doubt.about)} tell the same: any one of them, measured "

@@ -133,7 +133,7 @@ ODD: dict[str, tuple[str, Doubt]] = {
     "zero loads": (GOOD.replace("-2500", "0"), Doubt("no-load", EACH)),
     "half the load": (
         GOOD.replace("-2500", "-1250"),
-        Doubt("other-force", EACH, (), {"force": 1250.0, "planned": 2500.0})),
+        Doubt("other-force", EACH, (), {"least": 1250.0, "most": 1250.0, "planned": 2500.0})),
     "other direction": (
         GOOD.replace("0,0,-2500", "2500,0,0"),
         Doubt("other-direction", EACH, (), {"x": 1.0, "y": 0.0, "z": 0.0})),

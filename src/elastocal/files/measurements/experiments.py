@@ -12,12 +12,8 @@ from elastocal.errors import MeasurementFileError
 from elastocal.files.measurements.columns import FORCES, MASS, TORQUES
 from elastocal.files.measurements.table import Table
 from elastocal.files.tables.units import STANDARD_GRAVITY
+from elastocal.measuring.measurements import FORCE_SCATTER, JOINT_SCATTER
 from elastocal.robot.chain import Robot
-
-JOINT_SCATTER = np.radians(0.02)  # rad, or 0.02/57 m
-"""What a controller may show differently in the rows of one experiment."""
-FORCE_SCATTER = 0.01
-"""What a force sensor may, relative to the wrench."""
 
 
 @dataclass(frozen=True)

@@ -95,7 +95,8 @@ def _loads(found: Measurements, study: Study) -> Iterator[Doubt]:
     wanted = plan.force.size
     far = np.asarray(~idle & (np.abs(size - wanted) > 0.2 * wanted))
     if wanted > 0.0 and far.any():
-        forces = {"force": float(size[int(far.argmax())]), "planned": wanted}
+        forces = {"least": float(size[far].min()), "most": float(size[far].max())}
+        forces["planned"] = wanted
         yield Doubt("other-force", _named(found, far), numbers=forces)
     elif wanted > 0.0:
         unit = wrench[:, :3] / np.where(idle, 1.0, size)[:, None]

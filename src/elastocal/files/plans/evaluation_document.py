@@ -27,6 +27,7 @@ def evaluation_document(
     bound = proof.position_bound
     doubts = (*evaluation.objections, *evaluation.unidentified)
     return {
+        "measured": evaluation.measured,
         "experiments": evaluation.count,
         "configurations": len(evaluation.repeats),
         "rho0_mm": 1e3 * worth.rho0,
