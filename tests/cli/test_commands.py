@@ -229,8 +229,8 @@ def test_bad_plan_files(name: str, folder: Path, tmp_path: Path) -> None:
 HEADER = "configuration,J1 [deg],J2 [deg],J3 [deg],Fx [N],Fy [N],Fz [N],repeats"
 BAD_SHEETS = {
     "empty": ("", "the file is empty"),
-    "unit missing": (HEADER.replace("J1 [deg]", "J1") + "\n1,0,0,0,0,0,1,1", "found 'J1'"),
-    "unit wrong": (HEADER.replace("J1 [deg]", "J1 [rad]") + "\n1,0,0,0,0,0,1,1", "J1 [rad]"),
+    "unit missing": (HEADER.replace("J1 [deg]", "J1") + "\n1,0,0,0,0,0,1,1", "found none"),
+    "unit wrong": (HEADER.replace("J1 [deg]", "J1 [mm]") + "\n1,0,0,0,0,0,1,1", "found [mm]"),
     "word": (HEADER + "\n1,0,zero,0,0,0,1,1", "line 2, column 'J2 [deg]'"),
     "short row": (HEADER + "\n1,0,0,0,0,0,1", "only half written, 7 of 8 cells"),
     "infinity": (HEADER + "\n1,0,inf,0,0,0,1,1", "finite"),
