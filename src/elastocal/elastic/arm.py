@@ -53,6 +53,18 @@ class ElasticArm:
         return self._sprung_chain[2]
 
     @cached_property
+    def bent_by(self) -> tuple[IntArray, Array]:
+        """(T,) joints of the chain and its followers that springs displace, and (T, p) how far.
+
+        The p joints that carry the springs come first, so the first p rows are the identity.
+        """
+        share = self.chain.mixing[:, self.sprung]
+        follow = np.arange(len(self.chain.joints), len(share))
+        follow = follow[np.any(share[follow] != 0.0, axis=1)]
+        joints = np.concatenate([self.sprung, follow])
+        return frozen(joints, np.int64), frozen(share[joints])
+
+    @cached_property
     def _sprung_chain(self) -> tuple[Robot, IntArray, IntArray]:
         # Made when first asked for: the linear model does without.
         chain, actuated, sprung = _chain(self.robot, self.springs)
@@ -98,9 +110,14 @@ def _chain(robot: Robot, springs: VirtualJoints) -> tuple[Robot, list[int], list
             undo = np.eye(4)
     in_joint = springs.joint >= 0
     sprung[in_joint] = np.array(actuated)[springs.joint[in_joint]]
-    masses = tuple(
-        BodyMass(actuated[m.body - 1] + 1 if m.body else 0, m.mass, m.center, m.name)
-        for m in robot.masses
+    later = len(joints) - n  # by which followers, which come behind, move on in the row of bodies
+    number = [0, *(i + 1 for i in actuated), *range(n + later + 1, robot.bodies + later)]
+    masses = tuple(BodyMass(number[m.body], m.mass, m.center, m.name) for m in robot.masses)
+    chain = Robot(
+        robot.name,
+        tuple(joints),
+        undo @ robot.T_tip_flange,
+        masses=masses,
+        followers=tuple(replace(f, carrier=number[f.carrier]) for f in robot.followers),
     )
-    chain = Robot(robot.name, tuple(joints), undo @ robot.T_tip_flange, masses=masses)
     return chain, actuated, [int(j) for j in sprung]

@@ -132,23 +132,29 @@ def _linearise(
     """One chunk of `linearise`, compliances (N, p)."""
     count, p = displacement.shape
     posture = Posture(arm.chain, arm.bent(q, displacement))
-    axes, origins = posture.axes[:, arm.sprung], posture.origins[:, arm.sprung]
-    slides = arm.chain.prismatic[arm.sprung]
+    joints, share = arm.bent_by  # springs, and followers of joints that bend
+    axes, origins = posture.all_axes[:, joints], posture.all_origins[:, joints]
+    slides = arm.chain.sliding[joints]
     turns = axes.copy()
     turns[:, slides] = 0.0
 
-    effort = np.zeros((p, count))
-    slope = np.zeros((p, p, count))  # H
+    effort = np.zeros((len(joints), count))
+    slope = np.zeros((len(joints), len(joints), count))  # H
     for point, force, carries in _loads(arm, posture, wrench):
         v = velocities(axes, point[:, None] - origins, slides)
         v[:, ~carries] = 0.0
         effort += dot(v, force[:, None])
         turning = cross(v, force[:, None])
-        for j in range(p):
+        for j in range(len(joints)):
             # Spring i <= j turns spring j and its arm: ∂y_i/∂θ_j = ∂y_j/∂θ_i = a_i · (v_j × F).
             row = dot(turns[:, : j + 1], turning[:, j, None])
+            row[~carries[: j + 1]] = 0.0  # those on another branch
             slope[: j + 1, j] += row
             slope[j, :j] += row[:-1]
+    if len(joints) > p:
+        effort = share.T @ effort
+        slope = np.einsum("si,stN,tj->ijN", share, slope, share)
+        axes, origins, slides, turns = axes[:, :p], origins[:, :p], slides[:p], turns[:, :p]
     moment = wrench.T[3:, None]
     if moment.any():
         effort += dot(turns, moment)
@@ -175,13 +181,14 @@ def _linearise(
 def _loads(
     arm: ElasticArm, posture: Posture, wrench: Array
 ) -> list[tuple[Array, Array, BoolArray]]:
-    """Point (3, N), force (3, N or 1) and the springs (p,) that it loads, for every force."""
-    everything = np.ones(len(arm.springs), dtype=bool)
-    loads = [(posture.point(arm.tool.load_point), wrench.T[:3], everything)]
+    """Point (3, N), force (3, N or 1), and which (T,) springs and followers bear it, for each."""
+    carries = arm.chain.carries[:, arm.bent_by[0]]
+    tip = carries[len(arm.chain.joints)]
+    loads = [(posture.point(arm.tool.load_point), wrench.T[:3], tip)]
     if arm.sags:
         for body in arm.chain.masses:
             weight = body.mass * arm.gravity[:, None]
-            loads.append((posture.point(body.center, body.body), weight, arm.sprung < body.body))
+            loads.append((posture.point(body.center, body.body), weight, carries[body.body]))
     return loads
 
 

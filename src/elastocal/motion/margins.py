@@ -111,20 +111,26 @@ def relative_speed(robot: Robot, pairs: Pairs, starts: Array, goals: Array) -> A
 
     A joint that turns by Δq moves no point by more than Δq times its distance from the axis, and
     that is at most the length of the chain from the joint to the solid and the solid's reach.
+    Both solids are seen from the last body that carries them both.
 
     Source: ours; triangle inequality.
     """
-    way = np.abs(goals - starts).T
-    slides = robot.prismatic
-    travel = np.where(slides[:, None], np.maximum(np.abs(starts), np.abs(goals)).T, 0.0)
-    lengths = np.linalg.norm(robot.links[:, :3, 3], axis=1)
+    way = np.abs((goals - starts) @ robot.mixing.T).T
+    ends = [np.abs(q @ robot.mixing.T + robot.standing).T for q in (starts, goals)]
+    slides = robot.sliding
+    travel = np.where(slides[:, None], np.maximum(*ends), 0.0)
+    links = np.concatenate([robot.links[:-1], robot.branches])
+    lengths = np.linalg.norm(links[:, :3, 3], axis=1)
     speed = np.zeros((len(pairs), len(starts)))
     for p in range(len(pairs)):
-        first, second = pairs.of(p)
-        arm = np.full(len(starts), first.reach)
-        for joint in range(first.body - 1, second.body - 1, -1):
-            speed[p] += way[joint] * (1.0 if slides[joint] else arm)
-            arm = arm + travel[joint] + lengths[joint]
+        solids = pairs.of(p)
+        shared = robot.carries[solids[0].body] & robot.carries[solids[1].body]
+        for solid in solids:
+            body, arm = solid.body, np.full(len(starts), solid.reach)
+            while body and not shared[body - 1]:
+                speed[p] += way[body - 1] * (1.0 if slides[body - 1] else arm)
+                arm = arm + travel[body - 1] + lengths[body - 1]
+                body = robot.carrier(body)
     return speed
 
 

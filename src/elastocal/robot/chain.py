@@ -1,11 +1,14 @@
 """Robot: a serial chain of revolute and prismatic joints, as data, and its tools.
 
 A robot is data: fixed transforms, joint axes, limits. What follows from it, such as forward
-kinematics and Jacobians, is in `posture.py`.
+kinematics and Jacobians, is in `posture.py`. Beside the chain there may be links that follow a
+joint of it, such as the rods of a parallelogram: so the value of every joint, that of a follower
+too, is an affine function of the n joint values.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -60,6 +63,33 @@ class Joint:
         freeze(self, T_parent_joint=transform, axis=axis / length)
 
 
+@dataclass(frozen=True)
+class Follower:
+    """A joint beside the chain that does not move on its own: factor · leader + offset.
+
+    Attributes:
+        joint: The joint; its limits are not used.
+        carrier: Body that carries it: 0 to n of the chain, or that of a follower before it.
+        leader: Name of the joint of the chain that it follows.
+        factor: Its way for a unit way of the leader [its unit over that of the leader].
+        offset: Its value where the leader is at zero [rad or m].
+    """
+
+    joint: Joint
+    carrier: int
+    leader: str
+    factor: float
+    offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.factor) and np.isfinite(self.offset)):
+            raise InputError(
+                f"joint {self.joint.name!r} follows {self.leader!r}: factor and offset must be "
+                "finite numbers"
+            )
+
+
+_MOST_JOINTS = 1000  # matrices of their number squared are kept
 ROTATION = "rotation"
 """What the rotation of the flange is called among the targets of a tool."""
 
@@ -113,7 +143,10 @@ class Tool:
 
 @dataclass(frozen=True)
 class Robot:
-    """A serial chain from the base to the flange.
+    """A serial chain from the base to the flange, and what moves along with it.
+
+    Its bodies are numbered: 0 is the base, 1 to n are moved by the joints, n + 1 to n + F by the
+    followers.
 
     Attributes:
         name: Name of the robot.
@@ -125,7 +158,12 @@ class Robot:
         collisions: Shapes that must not touch.
         remarks: Sentences on what was left out or assumed when the robot was read from a file.
         sha256: Hash of that file, empty if there is none.
+        followers: The F joints beside the chain that follow joints of it.
         links: Transforms of the chain in normal form, (n + 1, 4, 4); made here.
+        branches: Transforms from their carriers to the followers in normal form, (F, 4, 4).
+        mixing: (n + F, n) ways of all joints for unit ways of the n; the identity, then factors.
+        standing: (n + F,) values of all joints where the n are at zero [rad or m].
+        carries: (n + F + 1, n + F) which joints move each body.
     """
 
     name: str
@@ -137,23 +175,61 @@ class Robot:
     collisions: tuple[Shape, ...] = ()
     remarks: tuple[str, ...] = ()
     sha256: str = ""
+    followers: tuple[Follower, ...] = ()
     links: Array = field(init=False, repr=False)
+    branches: Array = field(init=False, repr=False)
+    mixing: Array = field(init=False, repr=False)
+    standing: Array = field(init=False, repr=False)
+    carries: BoolArray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         if not self.joints:
             raise InputError(f"robot {self.name!r}: it has no joints")
-        names = [joint.name for joint in self.joints]
-        repeated = sorted({name for name in names if names.count(name) > 1})
+        if len(self.moving) > _MOST_JOINTS:
+            raise InputError(
+                f"robot {self.name!r}: {len(self.moving)} joints that move, more than the "
+                f"{_MOST_JOINTS} that are treated; choose 'base' and 'tip' nearer to each other"
+            )
+        names = Counter(joint.name for joint in self.moving)
+        repeated = sorted(name for name, count in names.items() if count > 1)
         if repeated:
             raise InputError(f"robot {self.name!r}: joint name {repeated[0]!r} is used twice")
         parts: list[BodyMass | Shape] = [*self.masses, *self.visuals, *self.collisions]
         for part in parts:
-            if not 0 <= part.body <= len(self.joints):
+            if not 0 <= part.body < self.bodies:
                 raise InputError(
                     f"robot {self.name!r}: {part.name!r} belongs to body {part.body}, but the "
-                    f"bodies are 0 to {len(self.joints)}"
+                    f"bodies are 0 to {self.bodies - 1}"
                 )
+        freeze(self, carries=_carries(self), dtype=np.bool_)
         freeze(self, "T_tip_flange", links=_normal_form(self.joints, self.T_tip_flange))
+        freeze(self, branches=np.reshape([_branch(self, f) for f in self.followers], (-1, 4, 4)))
+        leaders = self.index([follower.leader for follower in self.followers])
+        factors = [follower.factor for follower in self.followers]
+        mixing = np.vstack([np.eye(len(self.joints)), np.zeros((len(leaders), len(self.joints)))])
+        mixing[len(self.joints) + np.arange(len(leaders)), leaders] = factors
+        offsets = [follower.offset for follower in self.followers]
+        freeze(self, mixing=mixing, standing=[0.0] * len(self.joints) + offsets)
+
+    @property
+    def moving(self) -> tuple[Joint, ...]:
+        """The n + F joints that move bodies 1 to n + F: those of the chain, then followers."""
+        return (*self.joints, *(follower.joint for follower in self.followers))
+
+    @property
+    def bodies(self) -> int:
+        """Number of bodies, the base included."""
+        return 1 + len(self.joints) + len(self.followers)
+
+    @property
+    def sliding(self) -> BoolArray:
+        """(n + F,) which joints slide, followers included."""
+        return np.array([joint.prismatic for joint in self.moving])
+
+    def carrier(self, body: int) -> int:
+        """The body that carries the joint that moves `body`, from 1 to n + F."""
+        n = len(self.joints)
+        return body - 1 if body <= n else self.followers[body - n - 1].carrier
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -195,7 +271,9 @@ class Robot:
         return [self.joint_names.index(name) for name in names]
 
 
-def transform(rotation: Array | None = None, translation: Sequence[float] = (0, 0, 0)) -> Array:
+def transform(
+    rotation: Array | None = None, translation: Sequence[float] | Array = (0, 0, 0)
+) -> Array:
     """(4, 4) homogeneous transform of a (3, 3) rotation and a translation [m]."""
     matrix = np.eye(4)
     if rotation is not None:
@@ -211,15 +289,15 @@ def T_body_joint(robot: Robot, body: int) -> Array:
     the joint's own frame. Both have the same origin. Body 0 is the base: the identity.
 
     Args:
-        robot: Robot with n joints.
-        body: Number of actuated joints that move the body, 0 to n.
+        robot: Robot with n joints and F followers.
+        body: Number of the body, 0 to n + F.
 
     Source: ours; the normal form is G = T_parent_joint @ R with R z = axis, and R commutes as
     Rot(axis, q) @ R = R @ Rot(z, q), so the answer is Rᵀ for any q.
     """
     if body == 0:
         return np.eye(4)
-    return transform(frame_about(robot.joints[body - 1].axis).T)
+    return transform(frame_about(robot.moving[body - 1].axis).T)
 
 
 def _normal_form(joints: tuple[Joint, ...], T_tip_flange: Array) -> Array:
@@ -232,3 +310,25 @@ def _normal_form(joints: tuple[Joint, ...], T_tip_flange: Array) -> Array:
         undo = to_axis.T
     links.append(undo @ T_tip_flange)
     return np.array(links)
+
+
+def _branch(robot: Robot, follower: Follower) -> Array:
+    """Transform from the carrier of a follower to it, in normal form."""
+    joint = follower.joint
+    to_axis = transform(frame_about(joint.axis))
+    return np.asarray(T_body_joint(robot, follower.carrier) @ joint.T_parent_joint @ to_axis)
+
+
+def _carries(robot: Robot) -> BoolArray:
+    """(n + F + 1, n + F) which joints move each body: its own, and those that move its carrier."""
+    found = np.zeros((robot.bodies, robot.bodies - 1), dtype=bool)
+    for body in range(1, robot.bodies):
+        carrier = robot.carrier(body)
+        if not 0 <= carrier < body:
+            raise InputError(
+                f"robot {robot.name!r}: {robot.moving[body - 1].name!r} is carried by body "
+                f"{carrier}, which does not come before it"
+            )
+        found[body] = found[carrier]
+        found[body, body - 1] = True
+    return found

@@ -25,7 +25,9 @@ class Posture:
         q: (n, N) configurations [rad or m].
         axes: (3, n, N) joint axes in the base frame.
         origins: (3, n, N) points on the joint axes [m].
-        bodies: n + 2 arrays (4, 3, N): base, body after each joint, flange.
+        all_axes: (3, n + F, N) the same with those of followers behind.
+        all_origins: (3, n + F, N) likewise.
+        bodies: n + F + 2 arrays (4, 3, N): base, bodies after each joint and follower, flange.
     """
 
     def __init__(self, robot: Robot, q: Array) -> None:
@@ -34,20 +36,27 @@ class Posture:
         self.q = q
         n, count = q.shape
         self.robot = robot
-        self.axes = np.empty((3, n, count))
-        self.origins = np.empty((3, n, count))
-        cosine, sine = np.cos(q), np.sin(q)
+        values = q
+        if robot.followers:
+            values = robot.mixing @ q + robot.standing[:, None]
+        self.all_axes = np.empty((3, len(values), count))
+        self.all_origins = np.empty((3, len(values), count))
+        self.axes, self.origins = self.all_axes[:, :n], self.all_origins[:, :n]
+        cosine, sine = np.cos(values), np.sin(values)
         body = np.zeros((4, 3, count))
         body[0, 0] = body[1, 1] = body[2, 2] = 1.0
         self.bodies = [body]
-        for i, joint in enumerate(robot.joints):
-            frame = _attached(robot.links[i], body)
-            self.axes[:, i], self.origins[:, i] = frame[2], frame[3]
+        for i, joint in enumerate(robot.moving):
+            if i < n:
+                frame = _attached(robot.links[i], body)
+            else:
+                frame = _attached(robot.branches[i - n], self.bodies[robot.carrier(i + 1)])
+            self.all_axes[:, i], self.all_origins[:, i] = frame[2], frame[3]
             body = np.empty_like(frame)
             body[2] = frame[2]
             if joint.prismatic:
                 body[:2] = frame[:2]
-                np.multiply(frame[2], q[i], out=body[3])
+                np.multiply(frame[2], values[i], out=body[3])
                 body[3] += frame[3]
             else:
                 np.multiply(frame[:2], cosine[i], out=body[:2])
@@ -56,7 +65,7 @@ class Posture:
                 body[1] -= frame[0]
                 body[3] = frame[3]
             self.bodies.append(body)
-        self.bodies.append(_attached(robot.links[n], body))
+        self.bodies.append(_attached(robot.links[n], self.bodies[n]))
         self._points: dict[tuple[int, bytes], Array] = {}
         self._jacobians: list[tuple[Array, Array]] = []
 
@@ -98,14 +107,14 @@ class Posture:
             moved: Points (3, K) [m], the bodies (K,) to which they are fixed, and the gradient
                 (3, K) of the scalar in them.
         """
-        axes, origins = self.axes[:, :, which], self.origins[:, :, which]
-        joint = np.arange(len(self.q))[:, None]
-        total = np.zeros((len(self.q), len(which)))
+        robot = self.robot
+        axes, origins = self.all_axes[:, :, which], self.all_origins[:, :, which]
+        total = np.zeros((axes.shape[1], len(which)))
         for point, body, cotangent in moved:
-            velocity = velocities(axes, point[:, None] - origins, self.robot.prismatic)
-            total += np.where(joint < body, dot(velocity, cotangent[:, None]), 0.0)
+            velocity = velocities(axes, point[:, None] - origins, robot.sliding)
+            total += np.where(robot.carries[body].T, dot(velocity, cotangent[:, None]), 0.0)
         gradient = np.zeros_like(self.q)
-        gradient[:, which] = total
+        gradient[:, which] = robot.mixing.T @ total if robot.followers else total
         return gradient
 
     def pull_direction(self, direction: Array, cotangent: Array) -> Array:

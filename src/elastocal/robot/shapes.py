@@ -1,7 +1,7 @@
 """What hangs on the bodies of a robot: masses, and solids to draw or to collide.
 
-Both are data in the frame of a body. A body is told by the number of actuated joints that move
-it: 0 is the base, n the last body, as in `Posture.bodies`. `robot.T_body_joint` takes coordinates
+Both are data in the frame of a body, which is told by its number: 0 is the base, n the last body of
+the chain, those of followers come behind, see `Robot`. `chain.T_body_joint` takes coordinates
 from the frame of a joint, in which files are written, to the frame of its body.
 """
 
@@ -30,7 +30,7 @@ class BodyMass:
     """A mass that moves with a body.
 
     Attributes:
-        body: Number of actuated joints that move it: 0 is the base.
+        body: Number of the body it moves with: 0 is the base, see `Robot`.
         mass: Mass [kg].
         center: (3,) centre of mass in the frame of that body [m].
         name: Name of the link it belongs to, for messages.
@@ -60,7 +60,7 @@ class Shape:
         size: Its numbers [m], see `DIMENSIONS`: lengths of the sides; radius and length, of a
             capsule without its caps; of a mesh the factors from the numbers in its file to metres.
         pose: (4, 4) T_body_shape [m].
-        body: Number of actuated joints that move it: 0 is the base.
+        body: Number of the body it moves with: 0 is the base, see `Robot`.
         name: Name of the link it belongs to, for messages.
         mesh: File of a mesh; None for other kinds, and for a mesh whose file was not found.
         source: The mesh as its robot file names it, such as package://arm/meshes/link1.stl.

@@ -30,7 +30,7 @@ class Figure:
     ) -> None:
         """Send the parts under the node `root`, all in one `shade` if that is given."""
         scene.add_frame(root, show_axes=False)
-        count = len(robot.joints) + 2
+        count = robot.bodies + 1
         self._bodies = [scene.add_frame(f"{root}/{b}", show_axes=False) for b in range(count)]
         self._tools: dict[int, Any] = {}
         for i, part in enumerate(parts):
@@ -43,9 +43,9 @@ class Figure:
                 add_solid(scene, f"{node}/{i}", part.solid, shade or part.colour, opacity)
 
     def place(self, frames: Array, tool: Tool, shown: BoolArray | None = None) -> None:
-        """Move the bodies to `frames` (n + 2, 4, 4) [m], with `tool` on the flange.
+        """Move the bodies to `frames` (B + 1, 4, 4) [m], with `tool` on the flange.
 
-        Bodies are hidden where `shown` (n + 2,) says so.
+        Bodies are hidden where `shown` (B + 1,) says so.
         """
         turns = quaternions(frames[:, :3, :3])
         for i, (body, frame) in enumerate(zip(self._bodies, frames, strict=True)):

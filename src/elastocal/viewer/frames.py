@@ -14,7 +14,7 @@ from elastocal.robot.posture import Posture
 
 
 def rigid_frames(robot: Robot, q: Array) -> Array:
-    """(n + 2, 4, 4) poses of base, bodies and flange [m] in a configuration (n,) [rad or m]."""
+    """(B + 1, 4, 4) poses of B bodies and flange [m] in a configuration (n,) [rad or m]."""
     return _stacked(Posture(robot, q[None]).bodies)
 
 
@@ -24,8 +24,8 @@ def bent_frames(arm: ElasticArm, q: Array, displacement: Array) -> Array:
     A body is shown as a whole, beyond the spring of its joint and before those of its link.
     """
     bodies = Posture(arm.chain, arm.bent(q[None], displacement[None])).bodies
-    own = [bodies[0], *(bodies[int(joint) + 1] for joint in arm.actuated), bodies[-1]]
-    return _stacked(own)
+    own = [bodies[0], *(bodies[int(joint) + 1] for joint in arm.actuated)]
+    return _stacked([*own, *bodies[len(arm.chain.joints) + 1 :]])
 
 
 def magnified(idle: Array, displacement: Array, factor: float) -> Array:

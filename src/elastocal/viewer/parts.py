@@ -31,7 +31,7 @@ class Part:
 
     Attributes:
         name: What it is: of the link, the joint or the point.
-        body: 0 for the base to n for the last body; n + 1 for the flange.
+        body: Number of the body, see `Robot`; the number after the last is the flange.
         solid: Its triangles in the frame of that body [m].
         colour: Red, green, blue, each from 0 to 255.
     """
@@ -59,7 +59,7 @@ def robot_parts(robot: Robot) -> tuple[tuple[Part, ...], tuple[str, ...]]:
     found: list[Part] = []
     bare: list[int] = []
     bodies = {shape.body for shape in (*robot.visuals, *robot.collisions)}
-    for body in range(len(robot.joints) + 1):
+    for body in range(robot.bodies):
         own = visual.get(body) or collision.get(body)
         if own:
             found += own
@@ -125,7 +125,7 @@ def chain_parts(robot: Robot) -> tuple[Part, ...]:
     disc = tube(np.array([0, 0, -0.2 * thick]), np.array([0, 0, 0.2 * thick]), 1.2 * thick)
     flange = robot.links[-1][:3, :3].T @ np.array([0.0, 0.0, 1.0])
     turned = _turned(disc, flange)
-    return (*found, Part("flange", n + 1, turned, colour("muted")))
+    return (*found, Part("flange", robot.bodies, turned, colour("muted")))
 
 
 def _square(end: Array) -> list[Array]:
@@ -168,7 +168,7 @@ def _turned(solid: Mesh, axis: Array) -> Mesh:
 
 def tool_parts(robot: Robot, tool: Tool) -> tuple[Part, ...]:
     """A tool on the flange: arms to its points; load point, TCP and markers as balls."""
-    body, size = len(robot.joints) + 1, chain_length(robot)
+    body, size = robot.bodies, chain_length(robot)
     axis = robot.links[-1][:3, :3].T @ np.array([0.0, 0.0, 1.0])
     thick = 0.008 * size
     arms, balls = [], []

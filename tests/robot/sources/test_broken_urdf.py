@@ -255,7 +255,7 @@ def test_what_is_off_the_chain_is_carried_and_said() -> None:
     finger = (
         '<link name="finger"><inertial><origin xyz="0 0 0.1"/><mass value="0.5"/></inertial></link>'
         '<joint name="grip" type="prismatic"><parent link="tip"/><child link="finger"/>'
-        '<origin xyz="0 0.2 0"/><axis xyz="0 0 0"/><mimic joint="other"/></joint>'
+        '<origin xyz="0 0.2 0"/><axis xyz="0 0 0"/><mimic joint="end"/></joint>'
     )
     robot = read(edited(END, END + finger), tip="tip")
     grip = robot.masses[1]

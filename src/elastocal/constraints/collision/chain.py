@@ -85,7 +85,7 @@ def tool_solids(robot: Robot, tool: Tool, *, beyond: float = 0.0) -> list[Solid]
 
 def body_name(robot: Robot, body: int) -> str:
     """What a body is called: by the joint that moves it."""
-    return robot.joint_names[body - 1] if body else "base"
+    return robot.moving[body - 1].name if body else "base"
 
 
 def chain_length(robot: Robot) -> float:

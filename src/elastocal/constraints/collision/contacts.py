@@ -64,7 +64,7 @@ def self_pairs(
             continue
         if ignored(a, b, ignore):
             left[a.name, b.name] = "ignored"
-        elif abs(a.body - b.body) == 1:
+        elif robot.carrier(max(a.body, b.body)) == min(a.body, b.body):
             left[a.name, b.name] = "neighbours"
         else:
             index.append((i, j) if a.body > b.body else (j, i))
@@ -110,7 +110,8 @@ def obstacle_pairs(
     index, left = [], {}
     everything = [*solids, *obstacle]
     posture = _random_posture(robot, limits)
-    standing = 1 + int(np.argmin(np.append(robot.prismatic, False)))
+    turning = np.flatnonzero(~robot.prismatic)
+    standing = 1 + int(turning[0]) if len(turning) else len(robot.joints)
     for i, solid in enumerate(solids):
         for j, thing in enumerate(obstacle, len(solids)):
             if solid.body == 0:

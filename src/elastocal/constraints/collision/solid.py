@@ -25,7 +25,7 @@ class Solid:
 
     Attributes:
         name: What the user calls it.
-        body: Number of actuated joints that move it: 0 is the base and the cell.
+        body: Number of the body it moves with: 0 is the base and the cell, see `Robot`.
         kind: box, cylinder, sphere, capsule or hull.
         size: As in `Shape`; of a hull not used.
         pose: (4, 4) T_body_solid [m].

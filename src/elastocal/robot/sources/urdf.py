@@ -7,7 +7,7 @@ fixed joints folded, masses and shapes of everything that hangs on them. Meshes 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,18 +15,25 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.errors import InputError
-from elastocal.robot.chain import Joint, Robot, T_body_joint
-from elastocal.robot.joint_kinds import KINDS, PRISMATIC, kind_of
+from elastocal.robot.chain import Follower, Joint, Robot, T_body_joint, transform
+from elastocal.robot.joint_kinds import KINDS, PRISMATIC, JointKind, kind_of
+from elastocal.robot.rotations import from_rotation_vectors
 from elastocal.robot.shapes import BodyMass, Shape
 from elastocal.robot.sources.mesh_files import MeshFiles
 from elastocal.robot.sources.urdf_elements import Urdf, UrdfJoint, read_elements
-from elastocal.robot.sources.urdf_tree import Tree
+from elastocal.robot.sources.urdf_mimic import Following, followings
+from elastocal.robot.sources.urdf_tree import Tree, first_few
+from elastocal.wording.numbers import described
 
 LARGEST = 10 * 1024 * 1024  # bytes of a robot file; meshes are in files of their own
 _LONGEST_REACH = 50.0  # [m]
 _DEGREES, _ENDLESS = 8.0 * np.pi, 200.0 * np.pi  # limits [rad] beyond which they are doubted
 
+_STILL = Following("", 0.0, 0.0)
+
 Limits = Mapping[str, tuple[float, float]]
+Places = dict[str, tuple[int, Array]]
+"""By link: the body it moves with, and T_joint_link (4, 4) [m]."""
 
 
 def from_urdf(
@@ -87,16 +94,8 @@ def parse_urdf(
     tip_link = tree.tip(base_link, tip)
     chain = tree.chain(base_link, tip_link)
     remarks = list(urdf.remarks)
-    robot, place = _robot(urdf, chain, base_link, limits or {}, remarks)
-    carried = tree.carried(chain, base_link)
-    masses, visuals, collisions = _hanging(robot, urdf, place, carried, meshes)
-    path_names = {joint.name for joint in chain}
-    idle = [j.name for j in urdf.joints if j.type != "fixed" and j.name not in path_names]
-    if idle:
-        remarks.append(
-            f"{', '.join(idle[:6])}{' and others' if len(idle) > 6 else ''}: not between "
-            f"{base_link!r} and {tip_link!r}, held at zero"
-        )
+    robot, place = _robot(urdf, tree, chain, base_link, limits or {}, remarks)
+    masses, visuals, collisions = _hanging(robot, urdf, place, meshes)
     return replace(
         robot,
         name=urdf.name or Path(where).stem,
@@ -123,29 +122,53 @@ def _read(path: Path) -> bytes:
 
 
 def _robot(
-    urdf: Urdf, chain: list[UrdfJoint], base: str, limits: Limits, remarks: list[str]
-) -> tuple[Robot, dict[str, tuple[int, Array]]]:
-    """The chain as a robot, and (body, T_joint_link) of every link of it."""
+    urdf: Urdf,
+    tree: Tree,
+    chain: list[UrdfJoint],
+    base: str,
+    limits: Limits,
+    remarks: list[str],
+) -> tuple[Robot, Places]:
+    """The chain as a robot with its followers, and where every link is."""
+    following = followings(urdf.joints)
+    on_chain = {joint.name for joint in chain if joint.type != "fixed"}
+    own = on_chain - set(following)
+    moves = {name for name, follows in following.items() if follows.leader in own}
     joints: list[Joint] = []
-    T = np.eye(4)
-    place = {base: (0, T)}
-    for joint in chain:
-        T = T @ joint.T_parent_child
-        if joint.type != "fixed":
+    followers: list[Follower] = []
+    place: Places = {base: (0, np.eye(4))}
+    for link, joint, other in tree.away_from(base):
+        body, T = place[link]
+        back = other == joint.parent
+        T = T if back else T @ joint.T_parent_child
+        if joint.name in own:
             lower, upper = _limits(joint, limits, remarks)
             axis = _axis(joint, remarks)
             joints.append(Joint(joint.name, T, axis, joint.type == PRISMATIC.name, lower, upper))
-            T = np.eye(4)
-        place[joint.child] = (len(joints), T)
+            body, T = len(joints), np.eye(4)
+        elif joint.name in moves:
+            leader, factor, offset = following[joint.name]
+            if joint.name in on_chain:
+                raise InputError(
+                    f"{joint.at} follows joint {leader!r} (mimic); joints between base and tip "
+                    "must move on their own"
+                )
+            sign = -1.0 if back else 1.0
+            moving = Joint(joint.name, T, _axis(joint, remarks), joint.type == PRISMATIC.name)
+            followers.append(Follower(moving, body, leader, sign * factor, sign * offset))
+            body, T = len(own) + len(followers), np.eye(4)
+        elif joint.name in following:
+            offset = following[joint.name].offset
+            T = T @ _moved(joint, -offset if back else offset, remarks)
+        place[other] = body, T @ np.linalg.inv(joint.T_parent_child) if back else T
+    tip = chain[-1].child if chain else base
     unknown = [name for name in limits if name not in {joint.name for joint in joints}]
     if unknown:
         names = ", ".join(joint.name for joint in joints)
         raise InputError(f"{urdf.where}: no joint {unknown[0]!r} to limit; the joints are {names}")
     if not joints:
-        raise InputError(
-            f"{urdf.where}: no joint moves between base {base!r} and tip "
-            f"{chain[-1].child if chain else base!r}"
-        )
+        raise InputError(f"{urdf.where}: no joint moves between base {base!r} and tip {tip!r}")
+    T = place[tip][1]
     reach = sum(float(np.linalg.norm(joint.T_parent_joint[:3, 3])) for joint in joints)
     reach += float(np.linalg.norm(T[:3, 3]))
     if reach > _LONGEST_REACH:
@@ -153,21 +176,71 @@ def _robot(
             f"{urdf.where}: the chain is {reach:.6g} m long; URDF is in metres, were millimetres "
             "meant?"
         )
-    return Robot(urdf.name, tuple(joints), T), place
+    remarks += _beside(urdf, following, own, moves, base, tip)
+    return Robot(urdf.name, tuple(joints), T, followers=tuple(followers)), place
+
+
+def _moved(joint: UrdfJoint, value: float, remarks: list[str]) -> Array:
+    """(4, 4) what a joint that stands at `value` [rad or m] does."""
+    if not value:
+        return np.eye(4)
+    axis = _axis(joint, remarks)
+    way = value * axis / np.linalg.norm(axis)
+    if joint.type == PRISMATIC.name:
+        return transform(None, way)
+    return transform(from_rotation_vectors(way[None])[0])
+
+
+def _beside(
+    urdf: Urdf,
+    following: Mapping[str, Following],
+    own: set[str],
+    moves: set[str],
+    base: str,
+    tip: str,
+) -> Iterator[str]:
+    """What is said of joints that do not move on their own."""
+    still = [
+        joint.name
+        for joint in urdf.joints
+        if joint.type != "fixed" and joint.name not in own | moves
+    ]
+    idle = [name for name in still if not following.get(name, _STILL).offset]
+    if idle:
+        yield f"{first_few(idle)}: not between {base!r} and {tip!r}, held at zero"
+    kinds = {joint.name: kind_of(joint.type == PRISMATIC.name) for joint in urdf.joints}
+    held = [
+        f"{name} at {described(following[name].offset, kinds[name].unit)}"
+        for name in still
+        if name not in idle
+    ]
+    if held:
+        yield f"{first_few(held)}: held there, as what they follow is held at zero (mimic)"
+    if moves:
+        rows = [_row(name, following[name], kinds[name]) for name in following if name in moves]
+        yield (
+            f"{first_few(rows)}: these follow (mimic), in collision, weight and pictures. If they "
+            "are the rods of a parallelogram, the arm bends otherwise than a serial one, which is "
+            "not modelled"
+        )
+
+
+def _row(name: str, follows: Following, kind: JointKind) -> str:
+    """A follower as an equation: "rod = j3 + 28.6°"."""
+    factor = {1.0: "", -1.0: "-"}.get(follows.factor, f"{follows.factor:.4g} · ")
+    if not follows.offset:
+        return f"{name} = {factor}{follows.leader}"
+    sign = "+" if follows.offset > 0.0 else "-"
+    return f"{name} = {factor}{follows.leader} {sign} {described(abs(follows.offset), kind.unit)}"
 
 
 def _axis(joint: UrdfJoint, remarks: list[str]) -> Array:
-    """The axis of a joint of the chain, which must be one this program can treat."""
+    """The axis of a joint that moves, which must be one this program can treat."""
     at, axis = joint.at, joint.axis
     if joint.type in ("floating", "planar"):
         raise InputError(
             f"{at} is {joint.type} and stands between base and tip; choose as 'base' the link "
             f"behind it, {joint.child!r}"
-        )
-    if joint.follows:
-        raise InputError(
-            f"{at} follows joint {joint.follows!r} (mimic); joints between base and tip "
-            "must move on their own"
         )
     length = float(np.linalg.norm(axis))
     if length < 1e-6:
@@ -214,19 +287,18 @@ def _limits(joint: UrdfJoint, limits: Limits, remarks: list[str]) -> tuple[float
 def _hanging(
     robot: Robot,
     urdf: Urdf,
-    place: dict[str, tuple[int, Array]],
-    carried: dict[str, tuple[str, Array]],
+    place: Places,
     meshes: MeshFiles,
 ) -> tuple[list[BodyMass], list[Shape], list[Shape]]:
     """Masses, visuals and collision shapes in the frames of their bodies."""
     masses: list[BodyMass] = []
     shapes: dict[str, list[Shape]] = {"visual": [], "collision": []}
+    frames = [T_body_joint(robot, body) for body in range(robot.bodies)]
     for link in urdf.links:
-        if link.name not in carried:
+        if link.name not in place:
             continue
-        carrier, T_carrier_link = carried[link.name]
-        body, T_joint_carrier = place[carrier]
-        T_body_link = T_body_joint(robot, body) @ T_joint_carrier @ T_carrier_link
+        body, T_joint_link = place[link.name]
+        T_body_link = frames[body] @ T_joint_link
         if link.mass > 0.0:
             center = (T_body_link @ link.T_link_mass)[:3, 3]
             masses.append(BodyMass(body, link.mass, center, link.name))

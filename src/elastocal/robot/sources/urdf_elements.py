@@ -10,6 +10,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,6 +25,15 @@ _ALONG_AN_AXIS = (*_LIMITED, "continuous")
 _NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?", re.ASCII)
 _LARGEST, _LONGEST = 1e30, 64
 _HUGE = 50.0  # size of a shape [m] that is probably millimetres
+
+
+class Follows(NamedTuple):
+    """What a joint mimics, as written; the leader is empty if it moves on its own."""
+
+    leader: str = ""
+    factor: float = 1.0
+    offset: float = 0.0
+
 
 Color = tuple[float, ...]
 
@@ -59,7 +69,7 @@ class UrdfJoint:
         axis: (3,) as written.
         lower: Lower limit [rad or m], None if not given.
         upper: Upper limit, likewise.
-        follows: Joint that it mimics, empty if it moves on its own.
+        follows: Joint that it mimics, and how.
         at: "arm.urdf, line 12: joint 'J2'", for the beginning of a message.
     """
 
@@ -71,7 +81,7 @@ class UrdfJoint:
     axis: Array
     lower: float | None
     upper: float | None
-    follows: str
+    follows: Follows
     at: str
 
 
@@ -158,7 +168,7 @@ def _read_joints(urdf: Urdf, root: Node, links: set[str]) -> None:
                 "closed loops are not supported"
             )
         parents[child] = name
-        pose, axis, follows = _pose(node), np.array([1.0, 0.0, 0.0]), ""
+        pose, axis, follows = _pose(node), np.array([1.0, 0.0, 0.0]), Follows()
         limits: dict[str, float] = {}
         # What means nothing for a joint of this type is not looked at.
         for inner in node.all("axis")[:1] if kind in _ALONG_AN_AXIS else ():
@@ -167,7 +177,10 @@ def _read_joints(urdf: Urdf, root: Node, links: set[str]) -> None:
             given = _given(inner, ("lower", "upper"), 1)
             limits = {key: float(value[0]) for key, value in given.items()}
         for inner in node.all("mimic")[:1] if kind in _ALONG_AN_AXIS else ():
-            follows = _attribute(inner, "joint")
+            given = _given(inner, ("multiplier", "offset"), 1)
+            numbers = {key: float(value[0]) for key, value in given.items()}
+            leader = _attribute(inner, "joint")
+            follows = Follows(leader, numbers.get("multiplier", 1.0), numbers.get("offset", 0.0))
         at = f"{node.place}: joint {name!r}"
         lower, upper = limits.get("lower"), limits.get("upper")
         urdf.joints.append(

@@ -1,17 +1,14 @@
 """The tree of a URDF: the chain from base to tip, and what hangs on it.
 
-In: joints with parents and children. Out: which joints are the chain, and for every other link
-which link of the chain carries it, and where.
+In: joints with parents and children. Out: which joints are the chain, and the way from the base to
+every link.
 """
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
-import numpy as np
-
-from elastocal.arrays import Array
 from elastocal.errors import InputError
 from elastocal.robot.sources.urdf_elements import UrdfJoint
 
@@ -44,8 +41,8 @@ class Tree:
         looped = [link for link in links if link not in hanging]
         if looped:
             raise InputError(
-                f"{where}: the joints close a loop through {_list(looped)}; closed loops are not "
-                "supported"
+                f"{where}: the joints close a loop through {first_few(looped)}; closed loops are "
+                "not supported"
             )
 
     @property
@@ -66,7 +63,7 @@ class Tree:
             return self._known(wanted, "base")
         if len(self.roots) > 1:
             raise InputError(
-                f"{self.where}: {len(self.roots)} links have no parent ({_list(self.roots)}); "
+                f"{self.where}: {len(self.roots)} links have no parent ({first_few(self.roots)}); "
                 "say with 'base' which one is meant"
             )
         return self.roots[0]
@@ -78,7 +75,7 @@ class Tree:
         ends = [link for link in self.below(base) if not self.child_joints[link]]
         if len(ends) > 1:
             raise InputError(
-                f"{self.where}: the robot has {len(ends)} ends ({_list(ends)}); say with 'tip' "
+                f"{self.where}: the robot has {len(ends)} ends ({first_few(ends)}); say with 'tip' "
                 "which one carries the tool"
             )
         return ends[0]
@@ -94,38 +91,34 @@ class Tree:
             link = found[-1].parent
         return found[::-1]
 
-    def carried(self, chain: Sequence[UrdfJoint], base: str) -> dict[str, tuple[str, Array]]:
-        """Which link of the chain carries each link, and T_carrier_link (4, 4) [m].
+    def away_from(self, base: str) -> Iterator[tuple[str, UrdfJoint, str]]:
+        """Every joint connected to `base`, nearest first: the link before it, it, the link behind.
 
-        Joints off the chain are held at zero. Links that no joint
-        connects to the chain are left out.
+        Links before the base are reached backwards, through the joints of which they are parents.
         """
-        own = {base, *(joint.child for joint in chain)}
-        found = {link: (link, np.eye(4)) for link in own}
-        todo = list(found)
+        found = {base}
+        todo = [base]
         for link in todo:
-            carrier, T_carrier_link = found[link]
             around = [(joint, joint.child) for joint in self.child_joints[link]]
             if link in self.parent_joint:
                 around.append((self.parent_joint[link], self.parent_joint[link].parent))
             for joint, other in around:
                 if other not in found:
-                    T = joint.T_parent_child
-                    if other == joint.parent:
-                        T = np.asarray(np.linalg.inv(T), dtype=float)
-                    found[other] = (carrier, T_carrier_link @ T)
+                    found.add(other)
                     todo.append(other)
-        return found
+                    yield link, joint, other
 
     def _known(self, name: str, what: str) -> str:
         if name not in self.links:
             near = difflib.get_close_matches(name, self.links, 1)
-            hint = f"did you mean {near[0]!r}?" if near else f"the links are {_list(self.links)}"
+            hint = (
+                f"did you mean {near[0]!r}?" if near else f"the links are {first_few(self.links)}"
+            )
             raise InputError(f"{self.where}: there is no link {name!r} for {what!r}; {hint}")
         return name
 
 
-def _list(names: Sequence[str]) -> str:
-    """The first few names."""
+def first_few(names: Sequence[str]) -> str:
+    """The first few names, and how many more there are."""
     more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
     return ", ".join(names[:_SHOWN]) + more
