@@ -77,7 +77,8 @@ def guarded(command: Callable[..., None]) -> Callable[..., None]:
             sys.stderr.close()
             raise typer.Exit(0) from None
         except OSError as error:
-            print(f"error: {error.strerror or error}", file=sys.stderr)
+            about = f"{error.filename}: " if error.filename else ""
+            print(f"error: {about}{error.strerror or error}", file=sys.stderr)
             raise typer.Exit(2) from None
 
     return run
@@ -123,9 +124,11 @@ def writable(path: Path, *inputs: Path, suffix: str = "") -> None:
 
 def _same_file(one: Path, other: Path) -> bool:
     """Whether two names are of one file, be it by a link or by letters of another case."""
+    import os
+
     if one.exists() and other.exists():
         return one.samefile(other)
-    return one.resolve() == other.resolve()
+    return os.path.realpath(one) == os.path.realpath(other)  # it takes links that lead in a circle
 
 
 def replaceable(path: Path, kind: str, *, force: bool, text: str = "") -> None:

@@ -25,7 +25,7 @@ from elastocal.files.plans.plan_file import study_hash
 from elastocal.files.plans.proposal_file import Proposal, read_proposal
 from elastocal.files.study.embedded_study import embedded_study
 from elastocal.files.study.known import KnownOf, known_at
-from elastocal.files.study.study_file import parse_study, read_study
+from elastocal.files.study.study_file import named_files, parse_study, read_study
 from elastocal.identification.fit import Fit
 from elastocal.measuring.measurements import Measurements
 from elastocal.planning.as_measured import Measured
@@ -76,9 +76,7 @@ def sources_of(study: Study, beside: Path, known: Path | None = None) -> list[Pa
         beside: Its file; what it names stands in the same folder.
         known: What was named in place of its key `known`.
     """
-    parts = (study.carried_out, study.known if known is None else None)
-    named = [*study.path_hashes, *(part.source for part in parts if part and part.source)]
-    return [beside.parent / source for source in named] + ([known] if known else [])
+    return named_files(study.text, beside) + ([known] if known else [])
 
 
 def study_of_plan(plan: Path, study: Path | None) -> Study:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from elastocal.errors import InputError
+from elastocal.reading import bytes_of
 from elastocal.wording.signature import kind_of, sealed
 
 _LARGEST = 64 * 1024 * 1024
@@ -21,17 +22,9 @@ def read_text(path: Path, *, largest: int = _LARGEST) -> str:
     """The text of a UTF-8 file.
 
     Raises:
-        InputError: missing, a folder, too large, or not UTF-8.
+        InputError: missing, no ordinary file, too large, or not UTF-8.
     """
-    try:
-        size = path.stat().st_size
-        if size > largest:
-            raise InputError(f"{path}: {size} bytes, more than the {largest} that are read")
-        data = path.read_bytes()
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+    data = bytes_of(path, largest)
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -43,8 +36,12 @@ def read_text(path: Path, *, largest: int = _LARGEST) -> str:
 
 
 def file_hash(path: Path) -> str:
-    """SHA-256 of a file."""
-    return hashlib.sha256(path.read_bytes()).hexdigest()
+    """SHA-256 of a file.
+
+    Raises:
+        InputError: it cannot be read.
+    """
+    return hashlib.sha256(bytes_of(path, _LARGEST)).hexdigest()
 
 
 def text_hash(text: str) -> str:

@@ -232,7 +232,8 @@ BAD: dict[str, tuple[str, str, list[str]]] = {
         ["no rotation"]),
     "reflection": (
         "words:", "frame: {matrix: [[1, 0, 0], [0, 1, 0], [0, 0, -1]]}\nwords:", ["a reflection"]),
-    "no encoding": ("columns:", "encoding: klingon\ncolumns:", ["no encoding 'klingon'"]),
+    "no encoding": ("columns:", "encoding: klingon\ncolumns:", ["line 2", "no encoding 'klingon'"]),
+    "encoding of bytes": ("columns:", "encoding: hex\ncolumns:", ["line 2", "no encoding 'hex'"]),
     "wrong encoding": ("columns:", "encoding: ascii\ncolumns:", ["not readable as ascii"]),
     "unknown delimiter": ("columns:", "delimiter: dot\ncolumns:", ["line 2", "'comma'", "'dot'"]),
     "negative lines": ("columns:", "skip_lines: -1\ncolumns:", ["line 2", "skip_lines"]),

@@ -15,6 +15,7 @@ import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
 from elastocal.errors import InputError
+from elastocal.reading import bytes_of
 from elastocal.robot.shapes import Shape
 from elastocal.wording.numbers import described
 
@@ -85,7 +86,7 @@ def _read(path: Path) -> tuple[Array, IntArray]:
             f"{path}: mesh format {path.suffix or 'without ending'!r} is not read; expected one of "
             f"{', '.join(FORMATS)}"
         )
-    data = _bytes(path)
+    data = bytes_of(path, LARGEST)
     try:
         import trimesh
     except ImportError:
@@ -109,20 +110,6 @@ def _read(path: Path) -> tuple[Array, IntArray]:
     if not np.isfinite(vertices).all():
         raise InputError(f"{path}: the mesh has vertices that are not finite numbers")
     return vertices, faces
-
-
-def _bytes(path: Path) -> bytes:
-    try:
-        if not path.is_file():
-            raise InputError(f"{path}: no such mesh file")
-        size = path.stat().st_size
-        if size > LARGEST:
-            raise InputError(
-                f"{path}: {size} bytes, more than the {LARGEST} that are read; simplify the mesh"
-            )
-        return path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
 
 
 def _connected(vertices: Array, faces: IntArray) -> list[Array]:

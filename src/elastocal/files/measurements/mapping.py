@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field, ValidationError
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationError
 
 from elastocal.arrays import Array
 from elastocal.errors import InputError, MeasurementFileError
@@ -53,13 +53,21 @@ def _column(value: Any) -> Any:
 _Column = Either[Annotated[int | str, BeforeValidator(_column)], ColumnFile]
 
 
+def _known_encoding(name: str) -> str:
+    try:
+        b" ".decode(name)  # of no bytes Python does not ask for the encoding
+    except (LookupError, UnicodeError):
+        raise ValueError(f"no encoding {name!r} of text is known") from None
+    return name
+
+
 class MappingFile(Section):
     """A whole mapping file."""
 
     elastocal: Literal[1]
     delimiter: Literal["comma", "semicolon", "tab", "bar", "space"] | None = None
     decimal: Literal["point", "comma"] | None = None
-    encoding: Name | None = None
+    encoding: Annotated[Name, AfterValidator(_known_encoding)] | None = None
     skip_lines: Annotated[int, Field(ge=0, le=10_000, strict=True)] = 0
     header: Flag = True
     columns: dict[Name, _Column]

@@ -26,7 +26,7 @@ from elastocal.files.values import (
     Positive,
     Section,
 )
-from elastocal.files.yaml_lines import LocatedError
+from elastocal.files.yaml_lines import LocatedError, at
 from elastocal.robot.chain import Robot, Tool
 from elastocal.robot.controller_axes import Coupling, coupling
 from elastocal.robot.joint_kinds import KINDS, PRISMATIC, REVOLUTE, kind_of
@@ -133,14 +133,15 @@ def _from_file(entry: UrdfRobotFile, file: Path) -> Robot:
         raise LocatedError(("limits_mm", twice), f"joint {twice!r} has limits in degrees and mm")
     limits = {n: (low, high) for n, (low, high) in (entry.limits_deg | entry.limits_mm).items()}
     packages = {name: file.parent / folder for name, folder in entry.packages.items()}
-    robot = from_urdf(
-        path,
-        base=entry.base,
-        tip=entry.tip,
-        packages=packages,
-        arguments=entry.arguments,
-        limits=limits,
-    )
+    with at("urdf"):
+        robot = from_urdf(
+            path,
+            base=entry.base,
+            tip=entry.tip,
+            packages=packages,
+            arguments=entry.arguments,
+            limits=limits,
+        )
     list(by_joint(robot, entry, "limits_{}"))  # for its errors
     return robot
 

@@ -24,6 +24,7 @@ from elastocal.files.study.robot import (
     CheckPoseFile,
     ControllerFile,
     RobotFile,
+    UrdfRobotFile,
     coupling_of,
     known_pose_of,
     robot_of,
@@ -89,6 +90,19 @@ def parse_study(text: str, path: Path, known: KnownOf | None = None) -> Study:
         return _study(_validated(document), path, text, known)
     except LocatedError as error:
         raise StudyError(f"{document.where(error.path)}: {error}") from None
+
+
+def named_files(text: str, path: Path) -> list[Path]:
+    """The files that the study in a text names; they are beside its file `path`."""
+    file = _validated(parse(text, path))
+    names = [
+        file.robot.urdf if isinstance(file.robot, UrdfRobotFile) else None,
+        file.known,
+        None if file.prior is None else file.prior.plan,
+        *(pose.path for pose in file.test_poses),
+        *(obstacle.mesh for obstacle in file.constraints.obstacles or ()),
+    ]
+    return [path.parent / name for name in names if name is not None]
 
 
 def _validated(document: Located) -> StudyFile:

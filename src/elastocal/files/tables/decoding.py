@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from elastocal.errors import InputError
+from elastocal.reading import bytes_of
 
 LARGEST = 1024 * 1024 * 1024
 """Bytes; a file of a million readings has about a tenth of it."""
@@ -55,7 +56,7 @@ def decoded(path: Path, error: type[InputError], encoding: str | None = None) ->
     Raises:
         InputError: of the type `error`: missing, a folder, too large, empty, or not text.
     """
-    data = _bytes(path, error)
+    data = bytes_of(path, LARGEST, error)
     if not data or data.isspace():
         raise error(f"{path}: the file is empty")
     if data.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):
@@ -88,25 +89,6 @@ def decoded(path: Path, error: type[InputError], encoding: str | None = None) ->
     return FileText(path, text, hashlib.sha256(data).hexdigest(), error, remark)
 
 
-def _bytes(path: Path, error: type[InputError]) -> bytes:
-    try:
-        if path.is_file() and path.stat().st_size > LARGEST:
-            raise error(
-                f"{path}: {path.stat().st_size} bytes, more than the {LARGEST} that are read"
-            )
-        if path.exists() and not (path.is_file() or path.is_dir()):
-            raise error(f"{path}: is not an ordinary file")
-        return path.read_bytes()
-    except FileNotFoundError:
-        raise error(f"{path}: no such file") from None
-    except ValueError as problem:  # a path with a null character
-        if isinstance(problem, InputError):
-            raise
-        raise error(f"{path!s}: not a file name") from None
-    except OSError as problem:
-        raise error(f"{path}: cannot be read ({problem.strerror})") from problem
-
-
 def _text(
     data: bytes, path: Path, error: type[InputError], encoding: str | None
 ) -> tuple[str, str]:
@@ -115,8 +97,6 @@ def _text(
         assert name is not None
         try:
             return data.decode(name), name
-        except LookupError:
-            raise error(f"{path}: no encoding {name!r} is known") from None
         except UnicodeError as wrong:
             at = getattr(wrong, "start", 0)
             problem = f"{path}, line {data[:at].count(10) + 1}: not readable as {name}"

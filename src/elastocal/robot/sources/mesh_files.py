@@ -6,6 +6,7 @@ are not opened here. A robot file may come from anywhere, so it does not get to 
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from urllib.parse import unquote
@@ -24,7 +25,7 @@ class MeshFiles:
     def __init__(self, folder: Path, packages: Mapping[str, Path]) -> None:
         """Allow the folder of the robot file, and the folders of packages by name."""
         for name, place in packages.items():
-            if not place.is_dir():
+            if not os.path.isdir(place):  # it takes names that no folder can have
                 raise InputError(f"package {name!r}: the folder {place} does not exist")
         self._folder, self._packages = folder, dict(packages)
         self._allowed = [place.resolve() for place in (folder, *packages.values())]

@@ -15,6 +15,7 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.errors import InputError
+from elastocal.reading import bytes_of
 from elastocal.robot.chain import Follower, Joint, Robot, T_body_joint, transform
 from elastocal.robot.joint_kinds import KINDS, PRISMATIC, JointKind, kind_of
 from elastocal.robot.rotations import from_rotation_vectors
@@ -60,7 +61,7 @@ def from_urdf(
     """
     path = Path(path)
     folders = {name: Path(folder) for name, folder in (packages or {}).items()}
-    data = _read(path)
+    data = bytes_of(path, LARGEST)
     if path.suffix.lower() == ".xacro":
         from elastocal.robot.sources.xacro_text import expanded
 
@@ -105,20 +106,6 @@ def parse_urdf(
         remarks=(*remarks, *meshes.remark()),
         sha256=hashlib.sha256(data).hexdigest(),
     )
-
-
-def _read(path: Path) -> bytes:
-    try:
-        size = path.stat().st_size
-        if size > LARGEST:
-            raise InputError(f"{path}: {size} bytes, more than the {LARGEST} that are read")
-        return path.read_bytes()
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except (OSError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"{path}: cannot be read ({error})") from None
 
 
 def _robot(
