@@ -135,6 +135,7 @@ Code = Literal[
     "claims-bound",
     "claims-efficiency",
     # of a motion
+    "via-breaks",
     "motion-blocked",
     "no-way",
     "home-blocked",

@@ -10,9 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from elastocal.constraints import HalfSpace
+from elastocal.constraints import HalfSpace, Tilt
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InfeasibleError, InputError
+from elastocal.motion.pace import Pace
 from elastocal.programs.approach import Approach
 from elastocal.programs.campaign_program import STANDARD_GRAVITY, campaign_program, load_text
 from elastocal.programs.robot_program import (
@@ -24,7 +25,9 @@ from elastocal.programs.robot_program import (
     check_limits,
     path_program,
 )
+from elastocal.programs.writers import WRITERS, export
 from tests.programs.writers.campaigns import arm, study_for
+from tests.programs.writers.parsers import PARSERS
 
 Q = np.array([[0.1, 0.2, 0.3], [-0.5, 0.6, -0.7]])
 WRENCH = np.array([[0.0, 0, -100, 0, 0, 0], [10, 20, 30, 1, 2, 3]])
@@ -48,10 +51,61 @@ def test_targets_are_within_the_limits_to_the_last_digit() -> None:
     """A plan may be over a limit by rounding; a controller does not forgive that."""
     study = study_for(arm("RRR", limit=0.7))
     q = Q.copy()
-    q[1] = [0.7 + 4e-6, -0.7 - 4e-6, 0.3]
+    q[1] = [0.7 + 8e-7, -0.7 - 8e-7, 0.3]
     targets = campaign_program(study, LoadCases(q, WRENCH), np.array([1, 1])).targets
     assert np.abs(targets).max() == 0.7
-    np.testing.assert_allclose(targets[[1, 3]], q, atol=5e-6)
+    np.testing.assert_allclose(targets[[1, 3]], q, atol=9e-7)
+    q[1, 1] = -0.7 - 4e-6
+    with pytest.raises(InfeasibleError, match=r"load case 2 has joint 'J2' at -40\.1072.*40\.1070"):
+        campaign_program(study, LoadCases(q, WRENCH), np.array([1, 1]))
+
+
+@pytest.mark.parametrize("study_limits", [None, 400.0, 180.0])
+def test_joints_that_turn_without_end_are_exported_as_planned(study_limits: float | None) -> None:
+    """Planning looks within half a turn; what is planned elsewhere is no mistake."""
+    robot = arm("RRR", limit=np.inf)
+    study = study_for(robot)
+    if study_limits is not None:
+        limits = np.radians(study_limits) * np.array([[-1.0], [1.0]]) * np.ones(3)
+        study = replace(study, limits=limits, endless=np.zeros((2, 3), dtype=bool))
+    q = np.radians([[190.0, 10.0, -170.0], [-300.0, 200.0, 0.0]])
+    if study_limits == 180.0:  # limits that somebody gave hold, also at half a turn
+        with pytest.raises(InfeasibleError, match="load case 1 breaks J1 <= 180"):
+            campaign_program(study, LoadCases(q, WRENCH), np.array([1, 1]))
+        return
+    program = campaign_program(study, LoadCases(q, WRENCH), np.array([1, 1]))
+    np.testing.assert_allclose(program.targets[[1, 3]], q, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(program.targets[[0, 2]], q - np.radians(0.5), rtol=0, atol=1e-15)
+    for controller in WRITERS:
+        if controller == "urscript":
+            continue
+        moves = [
+            v for kind, v in PARSERS[controller](export(program, controller)) if kind == "move"
+        ]
+        found = np.array(moves)[:4, :3]
+        scale = 1.0 if controller == "ros" else 180.0 / np.pi
+        np.testing.assert_allclose(found, scale * program.targets, rtol=0, atol=0.5001e-4)
+
+
+def test_via_points_are_judged_by_the_study() -> None:
+    up = HalfSpace("height of the flange", np.zeros(3), np.array([0.0, 0, 1]), 1.1)
+    held = Tilt("tilt of flange x", [1, 0, 0], [1, 0, 0], np.radians(80.0))
+    study = replace(study_for(arm("RRR")), constraints=(up, held))
+    cases, once = LoadCases(np.zeros((2, 3)), WRENCH[:1].repeat(2, axis=0)), np.array([1, 1])
+    none, low = np.zeros((0, 3)), np.array([[0.1, 0.0, 0.0], [0.0, 1.5, 1.5]])
+    with pytest.raises(InfeasibleError) as error:
+        campaign_program(study, cases, once, home=np.zeros(3), via=[none, low, none])
+    assert str(error.value).startswith(
+        "via point 2 from configuration 1 to configuration 2 breaks height of the flange by "
+    )
+    turned = np.array([[1.8, 0.0, 0.0]])
+    with pytest.raises(InfeasibleError, match="via point 1 from configuration 2 to home breaks J1"):
+        campaign_program(study, cases, once, via=[none, none, 2.0 * turned])
+    program = campaign_program(study, cases, once, via=[none, turned, none])
+    assert "where nothing is measured, via point 1 from configuration 1" in program.notes[-1]
+    assert "breaks tilt of flange x by 23.1" in program.notes[-1]
+    away = replace(study, pace=Pace(home=np.array([0.0, 1.5, 1.5])))
+    campaign_program(away, cases, once, via=[none, low[1:], none])  # home is judged by itself
 
 
 def test_repeats_are_whole_cycles_with_their_own_approach() -> None:

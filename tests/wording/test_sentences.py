@@ -106,6 +106,16 @@ def test_every_code_has_its_sentence() -> None:
             "at 25 %",
         ),
         (
+            Doubt(
+                "via-breaks",
+                (),
+                ("height of M1 >= 800 mm",),
+                {"via": 2, "leg": 3, "legs": 4, "by": 0.0125},
+                "m",
+            ),
+            "via point 2 from configuration 3 to home breaks height of M1 >= 800 mm by 12.5 mm",
+        ),
+        (
             Doubt("no-way", (), ("wall", "ball"), MOTION | {"leg": 0, "distance": 0.005}),
             "no motion without collision was found from home to configuration 1: the straight one "
             "passes wall with ball at 5 mm at 25 %, where 10 mm must be kept",

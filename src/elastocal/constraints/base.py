@@ -22,12 +22,14 @@ class Constraint(abc.ABC):
         unit: "m" or "rad": the unit of the margin.
         costly: Whether it takes much longer than the others, so that it is asked last.
         one_by_one: Whether it measures configurations one by one, so that several cores help.
+        measuring: Whether it says how to measure and load, so that it need not hold on the way.
     """
 
     name: str
     unit: str
     costly = False
     one_by_one = False
+    measuring = False
 
     @abc.abstractmethod
     def at(self, posture: Posture) -> tuple[Array, Pull]:

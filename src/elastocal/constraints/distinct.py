@@ -16,6 +16,8 @@ class Distinct(Constraint):
     Whole turns do not count: they lead back to the same place.
     """
 
+    measuring = True
+
     def __init__(self, name: str, q: ArrayLike, counts: ArrayLike, least: float) -> None:
         """`q` (n,) is the configuration, `counts` (n,) says which joints matter."""
         self.name, self.unit, self.least = name, "rad", least

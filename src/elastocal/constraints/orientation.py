@@ -16,6 +16,8 @@ class Elevation(Constraint):
     Source: paper Table 4, φ; which axis it means is recovered in docs/validation.md.
     """
 
+    measuring = True
+
     def __init__(self, name: str, axis: ArrayLike, limit: float) -> None:
         """`axis` in the flange frame."""
         self.name, self.unit = name, "rad"
@@ -36,6 +38,8 @@ class Elevation(Constraint):
 
 class Tilt(Constraint):
     """Angle between a flange axis and a direction of the base frame <= limit [rad]."""
+
+    measuring = True
 
     def __init__(self, name: str, axis: ArrayLike, towards: ArrayLike, limit: float) -> None:
         """`axis` in the flange frame, `towards` in the base frame."""

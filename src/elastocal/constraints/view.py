@@ -24,6 +24,8 @@ class ViewConstraint(Constraint, abc.ABC):
         position: (3,) head of the tracker in the base frame [m].
     """
 
+    measuring = True
+
     def __init__(
         self, name: str, unit: str, marker: str, point: ArrayLike, position: ArrayLike
     ) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from elastocal.arrays import Array, BoolArray
+from elastocal.constraints import margins_at
 from elastocal.errors import InfeasibleError
 from elastocal.motion.margins import (
     blocked,
@@ -131,7 +132,12 @@ def _free(space: MotionSpace, q: Array) -> BoolArray:
     """(N,) which configurations keep what is to be kept while moving."""
     posture = Posture(space.robot, q)
     room = [c.at(posture)[0] + c.keep - c.keep_moving for c in space.clearances]
-    return np.asarray(np.min(room, axis=0) > 0.0)
+    return np.asarray((np.min(room, axis=0) > 0.0) & _holding(space, posture))
+
+
+def _holding(space: MotionSpace, posture: Posture) -> BoolArray:
+    """(N,) at which postures everything holds that is no clearance."""
+    return np.asarray((margins_at(space.holding, posture) >= 0.0).all(axis=0))
 
 
 class _Tree:
@@ -191,6 +197,8 @@ def _extend(space: MotionSpace, tree: _Tree, target: Array, step: float) -> int 
     way = target - tree.q[near]
     length = float(np.linalg.norm(way / space.pace.speed))
     q = target if length <= step else tree.q[near] + way * (step / length)
+    if not _holding(space, Posture(space.robot, q[None]))[0]:
+        return None
     if not motions_free(space, tree.q[near][None], q[None])[0]:
         return None
     return tree.add(q, near)

@@ -16,6 +16,7 @@ from elastocal.elastic.allowed_loads import FixedVector, InPlane, Load
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import Code, Doubt
 from elastocal.matrices import rank_of, scaled_inverse
+from elastocal.motion.margins import Vias
 from elastocal.robot.posture import Posture
 from elastocal.study.criteria import RHO0, losses
 from elastocal.study.study import Study, TestPose
@@ -140,9 +141,9 @@ def _margins(study: Study, cases: LoadCases) -> tuple[tuple[Nearest, ...], tuple
     held = np.array([isinstance(constraint, HeldJoint) for constraint in constraints], dtype=bool)
     shown = np.where(held[:, None] & (room >= -TOLERANCE), np.inf, room)
     shown = np.where(np.isinf(shown).all(axis=0), room, shown)
-    nearest = []
+    nearest = [Nearest("no constraint", np.inf, "rad")] * (0 if constraints else len(cases))
     violations = []
-    for i in range(len(cases)):
+    for i in range(len(cases) if constraints else 0):
         least = int(np.argmin(shown[:, i]))
         nearest.append(Nearest(names[least][i], float(room[least, i]), constraints[least].unit))
         for c, constraint in enumerate(constraints):
@@ -154,6 +155,28 @@ def _margins(study: Study, cases: LoadCases) -> tuple[tuple[Nearest, ...], tuple
     violations += _load_violations("N", e.force, cases.wrench[:, :3])
     violations += _load_violations("N·m", e.moment, cases.wrench[:, 3:])
     return tuple(nearest), tuple(violations)
+
+
+def broken_on_the_way(study: Study, via: Vias) -> tuple[list[Doubt], list[Doubt]]:
+    """What via points break: what must hold wherever the robot is, and what is about measuring.
+
+    Home is judged by itself, also where a plan passes it.
+    """
+    must: list[Doubt] = []
+    rest: list[Doubt] = []
+    constraints = (*study.joint_limits, *study.constraints)
+    for leg, points in enumerate(via):
+        if not len(points):
+            continue
+        posture = Posture(study.robot, points)
+        room = room_at(constraints, posture)
+        room[:, (points == study.pace.home).all(axis=1)] = np.inf
+        for c, i in np.argwhere(~(room >= -TOLERANCE)).tolist():
+            name = constraints[c].names_at(posture)[i]
+            numbers = {"via": i + 1, "leg": leg, "legs": len(via), "by": -float(room[c, i])}
+            doubt = Doubt("via-breaks", because=(name,), numbers=numbers, unit=constraints[c].unit)
+            (rest if constraints[c].measuring else must).append(doubt)
+    return must, rest
 
 
 def _load_violations(unit: str, load: Load, vectors: Array) -> list[Doubt]:

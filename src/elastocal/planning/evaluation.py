@@ -17,7 +17,7 @@ from elastocal.design.twins import twins
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import Code, Doubt
 from elastocal.motion.margins import Vias, motion_violations
-from elastocal.planning.assessment import Assessment, assess
+from elastocal.planning.assessment import Assessment, assess, broken_on_the_way
 from elastocal.planning.certificate import Bound, Certificate, certificate, confirmed
 from elastocal.planning.visibility import Visibility, visibility
 from elastocal.study.criteria import CRITERIA, RHO0
@@ -91,7 +91,9 @@ def evaluate(
     proof = certificate(study, bound, worth, study.experiments.count)
     open_ends = unidentifiable(study.fitted.names, worth.information)
     collisions = () if via is None else motion_violations(study.motion_space, cases.q, via)
-    objections = [*worth.violations, *collisions, *_false_claims(study, worth, proof, claims)]
+    passing, _ = broken_on_the_way(study, via or ())
+    claimed = _false_claims(study, worth, proof, claims)
+    objections = [*worth.violations, *passing, *collisions, *claimed]
     view = visibility(study.space, cases.q)
     repeats = frozen(repeats, np.int64)
     twice = tuple(_same_information(study, cases, repeats))

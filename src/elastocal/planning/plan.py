@@ -211,7 +211,7 @@ def _roomiest(study: Study, cases: LoadCases) -> IntArray:
     """(S,) load cases, those with the most room to their nearest constraints first."""
     constraints = (*study.joint_limits, *study.constraints)
     room = np.sort(room_at(constraints, Posture(study.robot, cases.q)), axis=0)
-    return np.lexsort(-np.round(room[::-1], 6))
+    return np.lexsort([np.arange(len(cases)), *-np.round(room[::-1], 6)])
 
 
 def _away_from(q: Array, robot: Robot, same: Collection[str]) -> Distinct:

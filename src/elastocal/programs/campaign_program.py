@@ -18,7 +18,7 @@ from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InfeasibleError, InputError
 from elastocal.motion.margins import Vias, blocked, motion_margins
 from elastocal.motion.space import MotionSpace
-from elastocal.planning.assessment import TOLERANCE, assess
+from elastocal.planning.assessment import TOLERANCE, assess, broken_on_the_way
 from elastocal.programs.approach import Approach, approaches
 from elastocal.programs.robot_program import (
     Ask,
@@ -30,12 +30,15 @@ from elastocal.programs.robot_program import (
     Step,
     check_limits,
 )
+from elastocal.robot.chain import Robot
 from elastocal.robot.posture import Posture
 from elastocal.study.study import Study
 from elastocal.wording import worded
 from elastocal.wording.lists import counted
 from elastocal.wording.numbers import described
 
+ROUNDING = 0.51e-4
+"""What a value may be beyond a limit [degrees, mm]: run sheets have four decimals."""
 STANDARD_GRAVITY = 9.80665
 """Weight of a kilogram [N/kg], for the masses in messages."""
 
@@ -69,23 +72,25 @@ def campaign_program(
         via: Configurations passed on the way, see `motion.Vias`.
 
     Raises:
-        InfeasibleError: the load cases break constraints of the study, or a motion collides.
+        InfeasibleError: load cases or via points break constraints of the study or limits of the
+            robot, or a motion collides.
         InputError: an argument is out of range, or a configuration cannot be approached.
     """
-    worth = assess(study, cases, repeats)
-    if worth.violations:
-        raise InfeasibleError(worded(worth.violations[0])).with_doubts(*worth.violations)
+    must, rest = broken_on_the_way(study, via)
+    if violations := (*assess(study, cases, repeats).violations, *must):
+        raise InfeasibleError(worded(violations[0])).with_doubts(*violations)
     approach = approach or Approach()
-    robot, limits = study.robot, study.limits
-    q = np.clip(cases.q, limits[0], limits[1])
+    robot = study.robot
+    q = _inside(robot, cases.q, "load case")
     amount = np.where(robot.prismatic, approach.length, approach.angle) * ~study.held
-    before, same = approaches(robot, q, amount, limits, study.constraints)
-    beside = np.stack([np.clip(before, limits[0], limits[1]), q], axis=1).reshape(-1, q.shape[1])
+    before, same = approaches(robot, q, amount, study.bounds, study.constraints)
+    beside = np.stack([_inside(robot, before, "approach point"), q], axis=1).reshape(-1, q.shape[1])
     start, notes = ([], []) if home is None else _home(study, home)
+    notes += [f"On the way, where nothing is measured, {worded(doubt)}." for doubt in rest]
     labels = [f"{kind}{i + 1}" for i in range(len(cases)) for kind in ("AP", "P")]
     m = int(np.sum(repeats))
     passed = list(via) or [np.zeros((0, q.shape[1]))] * (len(q) + 1)
-    between = np.concatenate(passed)
+    between = _inside(robot, np.concatenate(passed), "via point")
     labels += [f"V{i + 1}" for i in range(len(between))]
     program = RobotProgram(
         name=name or study.name,
@@ -104,6 +109,22 @@ def campaign_program(
     )
     _refuse_collisions(study.motion_space, program)
     return program
+
+
+def _inside(robot: Robot, q: Array, what: str) -> Array:
+    """Configurations whose values are at a limit of the robot where rounding put them beyond it.
+
+    Raises:
+        InfeasibleError: a value is further out; names configuration, joint, value and limit.
+    """
+    inside = np.clip(q, robot.lower, robot.upper)
+    for i, j in np.argwhere(~(robot.shown_scale * np.abs(inside - q) <= ROUNDING)).tolist():
+        unit = robot.joints[j].kind.unit
+        raise InfeasibleError(
+            f"{what} {i + 1} has joint {robot.joint_names[j]!r} at {described(q[i, j], unit, 9)}, "
+            f"its limit is {described(inside[i, j], unit, 9)}"
+        )
+    return inside
 
 
 def _refuse_collisions(space: MotionSpace, program: RobotProgram) -> None:

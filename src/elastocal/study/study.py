@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from elastocal.arrays import Array, BoolArray, IntArray, freeze, unset
+from elastocal.arrays import Array, BoolArray, IntArray, freeze, frozen, unset
 from elastocal.constraints import Clearance, Constraint, HeldJoint, JointLimit
 from elastocal.elastic.allowed_loads import FixedVector, Load
 from elastocal.elastic.arm import ElasticArm
@@ -174,6 +174,8 @@ class Study:
         known: Springs that bend besides, as an earlier campaign found them; `prior` counts it
             already, and test poses see them: see `two_steps.with_known`.
         carried_out: A plan that was carried out before; `prior` counts it already.
+        endless: (2, n) which limits nobody gave: the joint turns without end; found out if not
+            given.
     """
 
     robot: Robot
@@ -194,10 +196,13 @@ class Study:
     done: Done | None = None
     known: Known | None = None
     carried_out: CarriedOut | None = None
+    endless: BoolArray = field(default_factory=lambda: frozen([], np.bool_))
 
     def __post_init__(self) -> None:
         self._tell_tool_what_is_measured()
         limits = self.limits if self.limits.size else [self.robot.lower, self.robot.upper]
+        endless = self.endless if self.endless.size else ~np.isfinite(limits)
+        freeze(self, endless=endless, dtype=np.bool_)
         freeze(self, limits=_finite_limits(self.robot, np.array(limits)))
         object.__setattr__(self, "pace", for_robot(self.pace, self.robot, self.limits))
         f = len(self.fitted)
@@ -277,7 +282,18 @@ class Study:
     def motion_space(self) -> MotionSpace:
         """Where the robot moves from load case to load case."""
         clearances = tuple(c for c in self.constraints if isinstance(c, Clearance))
-        return MotionSpace(self.robot, self.limits, self.pace, clearances)
+        rest = (c for c in self.constraints if not isinstance(c, Clearance))
+        holding = tuple(c for c in rest if not c.measuring)
+        return MotionSpace(self.robot, self.limits, self.pace, clearances, holding)
+
+    @property
+    def bounds(self) -> Array:
+        """(2, n) limits that must hold [rad or m]: infinite where a joint turns without end.
+
+        Planning looks for such a joint within half a turn: see `limits`.
+        """
+        planned = self.endless & (np.abs(self.limits) == np.pi)
+        return np.where(planned, [[-np.inf], [np.inf]], self.limits)
 
     @property
     def held(self) -> BoolArray:
@@ -295,11 +311,11 @@ class Study:
                 constraints.append(HeldJoint(name, i, value, unit=unit))
                 continue
             for bound, upper, sign in (
-                (self.limits[0, i], False, ">="),
-                (self.limits[1, i], True, "<="),
+                (self.bounds[0, i], False, ">="),
+                (self.bounds[1, i], True, "<="),
             ):
-                if not np.isfinite(joint.upper if upper else joint.lower) and (abs(bound) == np.pi):
-                    continue  # a joint that turns without end
+                if not np.isfinite(bound):
+                    continue
                 name = bounded(joint.name, sign, bound, joint.kind.unit)
                 constraints.append(JointLimit(name, i, bound, upper=upper, unit=joint.kind.unit))
         return tuple(constraints)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from elastocal.errors import Code, Doubt
+from elastocal.wording.numbers import described
 
 
 def _near(doubt: Doubt) -> str:
@@ -40,7 +41,13 @@ def _blocked(doubt: Doubt) -> str:
     return f"the motion {_motion(doubt)}{which} {_where(doubt)}"
 
 
+def _via(doubt: Doubt) -> str:
+    by = described(doubt.numbers["by"], doubt.unit)
+    return f"via point {doubt.numbers['via']} {_motion(doubt)} breaks {doubt.because[0]} by {by}"
+
+
 SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
+    "via-breaks": _via,
     "motion-blocked": _blocked,
     "no-way": lambda doubt: (
         f"no motion without collision was found {_motion(doubt)}: the straight one {_where(doubt)}"

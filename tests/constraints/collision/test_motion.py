@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from elastocal.constraints import HalfSpace
 from elastocal.constraints.cell import CollisionRules, clearances
 from elastocal.elastic.allowed_loads import FixedVector
 from elastocal.elastic.arm import ElasticArm
@@ -22,7 +23,13 @@ from elastocal.motion.margins import (
     relative_speed,
 )
 from elastocal.motion.pace import Pace, for_robot
-from elastocal.motion.via_points import UnreachableError, detours, refuse_home, way_around
+from elastocal.motion.via_points import (
+    UnreachableError,
+    _connected,
+    detours,
+    refuse_home,
+    way_around,
+)
 from elastocal.programs.campaign_program import campaign_program
 from elastocal.programs.robot_program import Move
 from elastocal.robot.chain import Joint, Robot, Tool, transform
@@ -233,6 +240,27 @@ def test_the_shortest_way_over_one_point_is_taken() -> None:
         times.append(took if free else np.inf)
     via = detours(study.motion_space, GOAL)[0]
     np.testing.assert_allclose(via, draws[[int(np.argmin(times))]])
+
+
+def test_ways_around_hold_what_holds_everywhere() -> None:
+    """Via points are no lower than the study allows, whether one is enough or trees are grown."""
+    low = HalfSpace("height", np.zeros(3), np.array([0.0, -1.0, 0.0]), -0.8)
+    free = slider([WALL])
+    bounded = replace(free, constraints=(*free.constraints, low))
+    assert bounded.motion_space.holding == (low,)
+    heights: list[list[float]] = [[], []]
+    for seed in range(5):
+        for study, found in zip((free, bounded), heights, strict=True):
+            found += [
+                h for part in detours(study.motion_space, GOAL, seed=seed) for h in part[:, 1]
+            ]
+            trees = _connected(
+                study.motion_space, study.pace.home, GOAL[0], np.random.default_rng(seed)
+            )
+            found += [] if trees is None else [q[1] for q in trees]
+    assert max(heights[0]) > 0.85
+    assert max(heights[1]) <= 0.8
+    assert len(heights[1]) > 20
 
 
 def known_ways(
