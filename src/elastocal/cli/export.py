@@ -48,17 +48,17 @@ def export_command(
     """Write the plan as a robot program; refuse a plan that breaks a constraint."""
     import numpy as np
 
-    from elastocal.cli.inputs import note_origin, sources_of, study_of_plan
+    from elastocal.cli.inputs import note_origin, plan_and_study, refuse_false_claims, sources_of
     from elastocal.cli.programs import write_program
-    from elastocal.files.plans.proposal_file import read_proposal
+    from elastocal.files.plans.plan_file import study_hash
+    from elastocal.files.plans.proposal_file import study_for
     from elastocal.files.texts import file_hash
     from elastocal.programs.approach import Approach
     from elastocal.programs.campaign_program import campaign_program
     from elastocal.programs.writers import Settings
 
-    study = study_of_plan(plan_file, study_file)
-    proposal = read_proposal(plan_file, study)
-    note_origin(plan_file.name, proposal, study)
+    proposal, study = plan_and_study(plan_file, study_file)
+    note_origin(plan_file.name, proposal, study, study_for(proposal, study).known)
     folder, name = _place(out, to)
     program = campaign_program(
         study,
@@ -71,6 +71,7 @@ def export_command(
         digest=file_hash(plan_file),
         via=proposal.via,
     )
+    refuse_false_claims(plan_file.name, proposal, study)
     settings = Settings(
         coupling=study.controller,
         external=None if external is None else tuple(external.replace(",", " ").split()),
@@ -80,11 +81,15 @@ def export_command(
     given += sources_of(study, given[-1])
     files = write_program(program, to, settings, folder, name, *given, force=force)
     if as_json:
-        print_json({"program": program.name, "files": [str(path) for path in files]})
+        checked = {"file": (study_file or plan_file).name, "name": study.name}
+        checked["sha256"] = study_hash(study)
+        document = {"program": program.name, "files": [str(path) for path in files]}
+        print_json(document | {"checked_by": checked})
         return
     from elastocal.terminal.programs import show_program
 
     show_program(program, to, coupled=settings.coupling is not None)
+    print(f"Checked by {study_file.name if study_file else f'the study in {plan_file.name}'}.")
     print("wrote " + " and ".join(str(path) for path in files))
 
 

@@ -21,20 +21,22 @@ from elastocal.files.measurements.recognised import has_readings
 from elastocal.files.models.model_file import model_sections, read_model
 from elastocal.files.models.provenance_section import made_from
 from elastocal.files.paths.path_file import read_path
-from elastocal.files.plans.plan_file import study_hash
-from elastocal.files.plans.proposal_file import Proposal, read_proposal
-from elastocal.files.study.embedded_study import embedded_study
+from elastocal.files.plans.plan_file import read_with_study, study_hash
+from elastocal.files.plans.proposal_file import Proposal, read_proposal, study_for
 from elastocal.files.study.known import KnownOf, known_at
 from elastocal.files.study.study_file import named_files, parse_study, read_study
 from elastocal.identification.fit import Fit
 from elastocal.measuring.measurements import Measurements
 from elastocal.planning.as_measured import Measured
+from elastocal.planning.assessment import assess
 from elastocal.planning.baseline import in_test_poses
+from elastocal.planning.evaluation import false_claims
 from elastocal.robot.chain import Robot, Tool
 from elastocal.study.known import Known
 from elastocal.study.study import Study
 from elastocal.study.test_path import test_path
 from elastocal.study.two_steps import with_known
+from elastocal.wording import worded
 
 
 @dataclass(frozen=True)
@@ -79,9 +81,9 @@ def sources_of(study: Study, beside: Path, known: Path | None = None) -> list[Pa
     return named_files(study.text, beside) + ([known] if known else [])
 
 
-def study_of_plan(plan: Path, study: Path | None) -> Study:
-    """The study of a plan: the one in a file, or else the one embedded in the plan."""
-    return embedded_study(plan) if study is None else read_study(study)
+def plan_and_study(plan: Path, study: Path | None) -> tuple[Proposal, Study]:
+    """A plan, and its study: the one in a file, or else the one embedded in the plan."""
+    return read_with_study(plan, None if study is None else read_study(study))
 
 
 def proposals(paths: list[Path], study: Study) -> dict[str, Proposal]:
@@ -146,7 +148,7 @@ def only_proposal(paths: list[Path], study: Study) -> Proposal:
 
 
 def note_origin(name: str, proposal: Proposal, study: Study, known: Known | None = None) -> None:
-    """Say on standard error if a plan was made from something else.
+    """Say on standard error if a plan was made from something else, or changed since.
 
     Args:
         name: What the plan is called.
@@ -154,26 +156,87 @@ def note_origin(name: str, proposal: Proposal, study: Study, known: Known | None
         study: The study as it is written.
         known: What is known of further springs where the plan is judged.
     """
-    if proposal.study_hash and proposal.study_hash != study_hash(study):
-        print(f"note: {name} was made from another version of the study", file=sys.stderr)
-    if proposal.robot_hash and proposal.robot_hash != study.robot.sha256:
-        print(f"note: {name} was made with another robot file", file=sys.stderr)
-    for path, digest in study.path_hashes.items():
-        if proposal.path_hashes.get(path, digest) != digest:
-            print(f"note: {name} was made for another content of {path}", file=sys.stderr)
+    notes = [f"was made {other}" for other in _others(proposal, study)]
+    if proposal.edited:
+        notes.append("has other load cases than it was written with")
     if proposal.named != proposal.criterion:
-        print(
-            f"note: {name} was made for what version 0.1.0 called {proposal.named}; it is judged "
-            f"by that, which is {proposal.criterion!r} now",
-            file=sys.stderr,
+        notes.append(
+            f"was made for what version 0.1.0 called {proposal.named}; it is judged by that, which "
+            f"is {proposal.criterion!r} now"
         )
     if proposal.known is not None:
-        _note_known(name, proposal.known, study)
+        notes += _on_known(proposal.known, study, known)
     elif known is not None and proposal.claims.get("rho0") is not None:
-        print(
-            f"note: {name} was made as if {', '.join(known.model.names)} did not bend; it is "
-            f"judged by what {known.source} knows of them",
-            file=sys.stderr,
+        notes.append(
+            f"was made as if {', '.join(known.model.names)} did not bend; it is judged by what "
+            f"{known.source} knows of them"
+        )
+    for note in notes:
+        print(f"note: {name} {note}", file=sys.stderr)
+
+
+def _others(proposal: Proposal, study: Study) -> list[str]:
+    """What a plan was made from that is not what there is here."""
+    found = []
+    if proposal.study_hash and proposal.study_hash != study_hash(study):
+        found.append("from another version of the study")
+    if proposal.robot_hash and proposal.robot_hash != study.robot.sha256:
+        found.append("with another robot file")
+    for path, digest in study.path_hashes.items():
+        if proposal.path_hashes.get(path, digest) != digest:
+            found.append(f"for another content of {path}")
+    prior = "" if study.carried_out is None else study.carried_out.sha256
+    if proposal.prior_hash and prior and proposal.prior_hash != prior:
+        found.append("after another prior plan")
+    return found
+
+
+def _on_known(known: Known, study: Study, here: Known | None) -> list[str]:
+    """What is to be said of what a plan knew of further springs."""
+    joints = ", ".join(known.model.names)
+    if here is None:
+        return [
+            f"was made by what {known.source} knows of {joints}; it is judged as if they did not "
+            "bend"
+        ]
+    if here.sha256 != known.sha256:
+        return [
+            f"was made when {known.source} was another file; it is judged by what {here.source} "
+            f"knows of {', '.join(here.model.names)} now"
+        ]
+    return [] if study.known is not None else [f"counts what {known.source} knows of {joints}"]
+
+
+def note_before(name: str, proposal: Proposal, shown: Proposal) -> None:
+    """Say on standard error if a plan counts other experiments before it than the one shown."""
+    own, other = proposal.done, shown.done
+    if (own and own.sha256) == (other and other.sha256):
+        return
+    counted = f"{other.experiments} experiments" if other else "no experiments"
+    print(
+        f"note: {name} is judged with {counted} measured before it, as {shown.name} was made; it "
+        f"was made with {own.experiments if own else 'none'}",
+        file=sys.stderr,
+    )
+
+
+def refuse_false_claims(name: str, proposal: Proposal, study: Study) -> None:
+    """Refuse a plan that claims what the study it was made from does not give.
+
+    What was made from something else is not compared with this: that is said, see `note_origin`.
+
+    Raises:
+        InputError: the first claim that does not hold.
+    """
+    judged = study_for(proposal, study)
+    known = None if judged.known is None else judged.known.sha256
+    if _others(proposal, study) or known != (proposal.known and proposal.known.sha256):
+        return
+    worth = assess(judged, proposal.load_cases, proposal.repeats)
+    for doubt in false_claims(judged, worth, proposal.claims):
+        raise InputError(
+            f"{name}: {worded(doubt)}, so it was changed after planning; load cases that are "
+            "changed by hand are a run sheet (CSV), which claims nothing"
         )
 
 
@@ -182,18 +245,6 @@ def note_model(path: Path, study: Study) -> None:
     origin = model_sections(path)["provenance"].get("study") or {}
     if origin.get("sha256") and study.text and origin["sha256"] != study_hash(study):
         print(f"note: {path.name} was made with another version of the study", file=sys.stderr)
-
-
-def _note_known(name: str, known: Known, study: Study) -> None:
-    joints = ", ".join(known.model.names)
-    if study.known is None:
-        print(f"note: {name} counts what {known.source} knows of {joints}", file=sys.stderr)
-    elif study.known.sha256 != known.sha256:
-        print(
-            f"note: {name} was made when {known.source} was another file; it is judged by what "
-            f"{study.known.source} knows of {joints} now",
-            file=sys.stderr,
-        )
 
 
 def readings(study: Study, paths: list[Path], mapping: Path | None = None) -> Measurements:

@@ -67,11 +67,19 @@ def report_command(
 
     Whatever follows the plan is computed again from the files that are named.
     """
-    from elastocal.cli.inputs import Files, note_origin, proposals, sources_of, study_of_plan
+    from elastocal.cli.inputs import (
+        Files,
+        note_before,
+        note_origin,
+        plan_and_study,
+        proposals,
+        refuse_false_claims,
+        sources_of,
+    )
     from elastocal.cli.stages import stages, virtual_campaigns, write_report
     from elastocal.files.models.model_file import read_model
-    from elastocal.files.plans.plan_file import read_plan
-    from elastocal.files.plans.proposal_file import read_proposal, study_for
+    from elastocal.files.plans.plan_file import judged
+    from elastocal.files.plans.proposal_file import study_for
     from elastocal.planning.assessment import assess
     from elastocal.terminal.console import progress
 
@@ -82,14 +90,19 @@ def report_command(
         raise InputError("--random needs --campaigns: how many to simulate")
     named = [plan_file, *([study_file] if study_file else []), *(vs or []), *files.all]
     writable(out, *named)
-    given = study_of_plan(plan_file, study_file)
-    proposal = read_proposal(plan_file, given)
+    proposal, given = plan_and_study(plan_file, study_file)
     writable(out, *sources_of(study_for(proposal, given), study_file or plan_file))
     replaceable(out, "report", force=force)
-    note_origin(plan_file.name, proposal, given)
+    shown = study_for(proposal, given)
+    note_origin(plan_file.name, proposal, given, shown.known)
+    refuse_false_claims(plan_file.name, proposal, given)
+    proposed = proposals(vs or [], shown)
+    for name, other in proposed.items():
+        note_origin(name, other, given, shown.known)
+        note_before(name, other, proposal)
+        refuse_false_claims(name, other, given)
     with progress("bound") as tell:
-        plan = read_plan(plan_file, given, seed=seed, progress=tell)
-    proposed = proposals(vs or [], plan.study)
+        plan = judged(proposal, given, seed=seed, progress=tell)
     others = {name: assess(plan.study, o.load_cases, o.repeats) for name, o in proposed.items()}
     contents = stages(plan.study, files, tool, confidence)
     contents = replace(contents, plan=plan, others=others)

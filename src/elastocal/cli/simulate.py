@@ -85,10 +85,18 @@ def simulate_command(
     """Simulate what a plan would measure on a robot whose compliances are known."""
     import numpy as np
 
-    from elastocal.cli.inputs import knowing_as, only_proposal, proposals, sources_of
+    from elastocal.cli.inputs import (
+        knowing_as,
+        note_origin,
+        only_proposal,
+        proposals,
+        refuse_false_claims,
+        sources_of,
+    )
     from elastocal.files.measurements.measurement_file import write_measurements
     from elastocal.files.models.campaign_file import write_campaigns
     from elastocal.files.models.model_file import read_model
+    from elastocal.files.plans.proposal_file import study_for
     from elastocal.files.study.study_file import read_study
     from elastocal.identification.fit import Fit
     from elastocal.simulation.monte_carlo import campaigns
@@ -115,13 +123,18 @@ def simulate_command(
     )
     if number is None:
         plan = only_proposal(plans, study)
+        note_origin(plan.name, plan, study, study_for(plan, study).known)
+        refuse_false_claims(plan.name, plan, study)
         rng = np.random.default_rng(seed)
         made = simulate(study, true, plan.load_cases, plan.repeats, rng, reality=reality)
         write_measurements(made, study.robot, out)
         _say_measurements(made, out, as_json)
         return
     proposed = proposals(plans, study)
-    study = knowing_as(study, proposed)
+    written, study = study, knowing_as(study, proposed)
+    for name, proposal in proposed.items():
+        note_origin(name, proposal, written, study.known)
+        refuse_false_claims(name, proposal, written)
     named = {name: (p.load_cases, p.repeats) for name, p in proposed.items()}
     if study.prior[np.ix_(study.wanted, study.wanted)].any():
         print(

@@ -58,7 +58,7 @@ def view_command(
 
 def _subject(study: Study, plan: Path | None) -> Subject:
     """The study with the poses of a plan, and what its certificate tells of any place."""
-    from elastocal.cli.inputs import note_origin
+    from elastocal.cli.inputs import note_origin, refuse_false_claims
     from elastocal.files.plans.certificate_section import read_certified_design
     from elastocal.files.plans.proposal_file import read_proposal, study_for
     from elastocal.planning.sensitivity import sensitivity
@@ -67,9 +67,10 @@ def _subject(study: Study, plan: Path | None) -> Subject:
     if plan is None:
         return Subject(study, stops_of(study))
     proposal = read_proposal(plan, study)
-    note_origin(plan.name, proposal, study)
+    written, study = study, study_for(proposal, study)
+    note_origin(plan.name, proposal, written, study.known)
+    refuse_false_claims(plan.name, proposal, written)
     certified = read_certified_design(plan, study.robot)
-    study = study_for(proposal, study)
     known = peak = None
     if certified is not None:
         known, peak = sensitivity(study, *certified), certified.peak

@@ -191,3 +191,9 @@ class Section(BaseModel):
     """
 
     model_config = ConfigDict(extra="forbid", validate_default=True)
+
+
+class OpenSection(Section):
+    """A section that may say more than is looked at: what programs write for each other."""
+
+    model_config = ConfigDict(extra="allow", validate_default=True)

@@ -92,7 +92,7 @@ def evaluate(
     open_ends = unidentifiable(study.fitted.names, worth.information)
     collisions = () if via is None else motion_violations(study.motion_space, cases.q, via)
     passing, _ = broken_on_the_way(study, via or ())
-    claimed = _false_claims(study, worth, proof, claims)
+    claimed = false_claims(study, worth, claims, proof)
     objections = [*worth.violations, *passing, *collisions, *claimed]
     view = visibility(study.space, cases.q)
     repeats = frozen(repeats, np.int64)
@@ -109,10 +109,18 @@ def _same_information(study: Study, cases: LoadCases, repeats: IntArray) -> Iter
             yield Doubt("same-information", names, numbers=numbers)
 
 
-def _false_claims(
-    study: Study, worth: Assessment, proof: Certificate, claims: dict[str, Any]
+def false_claims(
+    study: Study, worth: Assessment, claims: dict[str, Any], proof: Certificate | None = None
 ) -> Iterator[Doubt]:
-    """Claims that do not hold."""
+    """Claims that do not hold.
+
+    Args:
+        study: The study, as the plan was made for it.
+        worth: What the plan is worth by it.
+        claims: What is claimed, see `evaluate`.
+        proof: A certificate made anew; None is quick, then what is claimed of the best plan must
+            not be refuted by this one.
+    """
     m = study.experiments.count
     if claims.get("experiments", m) != m:
         yield _claim("claims-experiments", claims["experiments"], m)
@@ -128,12 +136,13 @@ def _false_claims(
     if claims.get("covariance") is not None:
         yield from _false_covariance(study, worth, *claims["covariance"])
     yield from _false_criteria(study, worth, claims.get("criteria", {}))
-    bound, promised = proof.position_bound, claims.get("lower_bound", 0.0)
+    own = worth.criteria[study.criterion] if CRITERIA[study.criterion].is_position_error else None
+    bound, promised = own if proof is None else proof.position_bound, claims.get("lower_bound", 0.0)
     if bound is not None and promised > bound * (1.0 + _BOUNDS_AGREE):
         yield _claim("claims-bound", promised, bound)
-    promised = claims.get("efficiency", 0.0)
-    if proof.kind != "none" and promised > proof.efficiency * (1.0 + 2.0 * _BOUNDS_AGREE):
-        yield _claim("claims-efficiency", promised, proof.efficiency)
+    most, promised = 1.0 if proof is None else proof.efficiency, claims.get("efficiency", 0.0)
+    if (proof is None or proof.kind != "none") and promised > most * (1.0 + 2.0 * _BOUNDS_AGREE):
+        yield _claim("claims-efficiency", promised, most)
 
 
 def _false_at_test_poses(

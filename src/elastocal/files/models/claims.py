@@ -8,12 +8,12 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import BeforeValidator, ConfigDict
+from pydantic import BeforeValidator
 
 from elastocal.arrays import Array
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.errors import InputError
-from elastocal.files.values import Finite, Flag, Matrix, Name, Section, WholeNumber
+from elastocal.files.values import Finite, Flag, Matrix, Name, OpenSection, WholeNumber
 from elastocal.files.yaml_lines import LocatedError, at
 from elastocal.fitting.goodness import quantile
 from elastocal.identification.choices import LossName, Model, Sigma
@@ -22,20 +22,14 @@ AGREE = 1e-3
 """Share by which a claim may differ from what it is claimed of: files of people have few digits."""
 
 
-class Said(Section):
-    """A section of a file that may say more than is looked at."""
-
-    model_config = ConfigDict(extra="allow", validate_default=True)
-
-
-class OriginFile(Said):
+class OriginFile(OpenSection):
     """A file something was made from."""
 
     name: str = ""
     sha256: str = ""
 
 
-class ProvenanceFile(Said):
+class ProvenanceFile(OpenSection):
     """Files that a model was made from."""
 
     study: OriginFile | None = None
@@ -49,7 +43,7 @@ def _two(value: Any) -> Any:
     return value
 
 
-class IdentificationFile(Said):
+class IdentificationFile(OpenSection):
     """How a model was found."""
 
     identified: list[Name] | None = None
@@ -65,7 +59,7 @@ class IdentificationFile(Said):
     readings: WholeNumber | None = None
 
 
-class DiagnosticsFile(Said):
+class DiagnosticsFile(OpenSection):
     """What is to be made of a model."""
 
     remarks: list[str] | None = None

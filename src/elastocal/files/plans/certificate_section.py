@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from elastocal.arrays import Array, frozen
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import PlanFileError
+from elastocal.files.plans.document import document_of
 from elastocal.files.plans.load_case_entries import finite_at, read_load_cases
-from elastocal.files.plans.proposal_file import document_of
 from elastocal.files.tables.csv_table import is_table
 from elastocal.files.texts import read_text
 from elastocal.robot.chain import Robot
@@ -37,14 +37,22 @@ def read_certified_design(path: str | Path, robot: Robot) -> CertifiedDesign | N
     path = Path(path)
     if is_table(path):
         return None
-    section = document_of(read_text(path), path).get("certificate")
-    if not isinstance(section, dict) or "continuous_design" not in section:
+    section = document_of(read_text(path), path).get("certificate") or {}
+    return certified_design(section, robot, f"{path}: certificate")
+
+
+def certified_design(section: dict[str, Any], robot: Robot, where: str) -> CertifiedDesign | None:
+    """The continuous design in the section `certificate`; None if there is none.
+
+    Raises:
+        PlanFileError: it is not for this robot; names the key.
+    """
+    entries = section.get("continuous_design")
+    if entries is None:
         return None
-    where = f"{path}: certificate"
-    entries = section["continuous_design"]
     support = read_load_cases(entries, robot, f"{where}, continuous_design")
     weights = np.array(
-        [finite_at(entry.get("weight"), f"{where}: weight of a load case") for entry in entries]
+        [finite_at(entry["weight"], f"{where}: weight of a load case") for entry in entries]
     )
     if not ((weights >= 0.0).all() and weights.sum() > 0.0):
         raise PlanFileError(f"{where}: the weights of continuous_design must be shares of 1")

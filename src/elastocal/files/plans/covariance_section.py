@@ -12,6 +12,7 @@ from elastocal.elastic.springs import VirtualJoints
 from elastocal.errors import PlanFileError
 from elastocal.files.plans.done_section import square
 from elastocal.files.plans.load_case_entries import section_at
+from elastocal.robot.joint_kinds import KINDS
 
 
 def _names(value: Any) -> list[str]:
@@ -20,12 +21,20 @@ def _names(value: Any) -> list[str]:
     return [str(name) for name in value]
 
 
+def _units(value: Any) -> list[str]:
+    known = [kind.compliance for kind in KINDS]
+    if not isinstance(value, list) or any(unit not in known for unit in value):
+        raise ValueError(f" must be a list of {' or '.join(known)}")
+    return value
+
+
 class PlanCovarianceFile(BaseModel):
     """The section `covariance`: SI, in the units of the compliances multiplied."""
 
     order: Annotated[list[str], BeforeValidator(_names)] = Field(
         default=None, validate_default=True
     )
+    unit: Annotated[list[str] | None, BeforeValidator(_units)] = None
     matrix: Annotated[list[list[float]], BeforeValidator(square)] = Field(
         default=None, validate_default=True
     )
@@ -52,4 +61,6 @@ def claimed_covariance(entry: Any, where: str) -> tuple[tuple[str, ...], Array] 
     section = section_at(PlanCovarianceFile, entry, where)
     if len(section.order) != len(section.matrix):
         raise PlanFileError(f"{where}: order must name each of the {len(section.matrix)} rows")
+    if section.unit is not None and len(section.unit) != len(section.order):
+        raise PlanFileError(f"{where}: unit must be one for each of the {len(section.order)} rows")
     return tuple(section.order), np.array(section.matrix)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Iterator
 from typing import Annotated, Any, TypeVar
@@ -14,6 +15,7 @@ from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InputError, PlanFileError
 from elastocal.files.study.joint_values import configuration
 from elastocal.files.tables.numbers import LARGEST
+from elastocal.files.texts import text_hash
 from elastocal.robot.chain import Robot
 
 
@@ -93,6 +95,27 @@ def configuration_entry(robot: Robot, q: Array) -> dict[str, Any]:
     for joint, value in zip(robot.joints, q.tolist(), strict=True):
         entry.setdefault(f"q_{joint.kind.key}", {})[joint.name] = joint.kind.scale * value
     return entry
+
+
+def load_cases_hash(entries: Any, via: Any) -> str:
+    """SHA-256 of what a plan tells the robot: values by joint, loads, repeats, via points.
+
+    Args:
+        entries: The load cases, as they stand in the file.
+        via: The via points, likewise.
+    """
+    keys = ("q_deg", "q_mm", "force_N", "torque_Nm", "repeats", "to")
+    told = [[{key: part.get(key) for key in keys} for part in group] for group in (entries, via)]
+    return text_hash(json.dumps(_plain(told), sort_keys=True))
+
+
+def _plain(value: Any) -> Any:
+    """The same document with every number as a decimal: programs write 1 and 1.0 as they like."""
+    if isinstance(value, dict):
+        return {key: _plain(entry) for key, entry in value.items()}
+    if isinstance(value, list):
+        return [_plain(entry) for entry in value]
+    return float(value) if isinstance(value, int) else value
 
 
 def read_load_cases(entries: Any, robot: Robot, where: str) -> LoadCases:

@@ -11,16 +11,25 @@ from typing import Any
 import numpy as np
 
 from elastocal import __version__
+from elastocal.errors import PlanFileError
 from elastocal.files.doubt_entries import doubt_entries
 from elastocal.files.plans.covariance_section import covariance_section
+from elastocal.files.plans.document import document_of
 from elastocal.files.plans.done_section import done_section
 from elastocal.files.plans.known_section import known_section
-from elastocal.files.plans.load_case_entries import columns, load_case_entries
+from elastocal.files.plans.load_case_entries import columns, load_case_entries, load_cases_hash
 from elastocal.files.plans.path_entries import path_entries
-from elastocal.files.plans.proposal_file import bound_key, read_proposal, study_for
+from elastocal.files.plans.proposal_file import (
+    Proposal,
+    bound_key,
+    proposal_in,
+    read_proposal,
+    study_for,
+)
 from elastocal.files.plans.via_points import VIA, via_document
-from elastocal.files.study.embedded_study import embedded_study
-from elastocal.files.texts import finite, text_hash, write_text
+from elastocal.files.study.embedded_study import study_in
+from elastocal.files.tables.csv_table import is_table
+from elastocal.files.texts import finite, read_text, text_hash, write_text
 from elastocal.planning.assessment import Assessment, assess
 from elastocal.planning.certificate import (
     Certificate,
@@ -71,9 +80,38 @@ def read_plan(
         PlanFileError: not a plan, or not for this robot; names row, column or key.
         StudyError: the embedded study cannot be read.
     """
+    proposal, study = read_with_study(path, study)
+    return judged(proposal, study, seed=seed, progress=progress)
+
+
+def read_with_study(path: str | Path, study: Study | None = None) -> tuple[Proposal, Study]:
+    """A plan file, read once, and the study that is given or else embedded in it.
+
+    Raises:
+        PlanFileError: not a plan, not for this robot, or without a study where none is given.
+        StudyError: the embedded study cannot be read.
+    """
     path = Path(path)
-    study = embedded_study(path) if study is None else study
-    proposal = read_proposal(path, study)
+    if study is not None:
+        return read_proposal(path, study), study
+    if is_table(path):
+        raise PlanFileError(f"{path}: a run sheet has no study in it; name the study with --study")
+    document = document_of(read_text(path), path)
+    study = study_in(document, path)
+    return proposal_in(document, path, study.robot), study
+
+
+def judged(
+    proposal: Proposal, study: Study, *, seed: int = 0, progress: Progress | None = None
+) -> Plan:
+    """A proposal as a plan: its worth and its certificate are computed, see `read_plan`.
+
+    Args:
+        proposal: The plan as somebody claims it.
+        study: The study it is for, as it is written.
+        seed: Of the bound.
+        progress: Told what is going on.
+    """
     study = study_for(proposal, study)
     bound = lower_bound(study, np.random.default_rng([seed, 1]), progress=progress)
     x = study.space.points(proposal.load_cases)
@@ -97,6 +135,7 @@ def plan_document(plan: Plan) -> dict[str, Any]:
     """The content of plan.json: degrees, millimetres, newtons."""
     study, worth = plan.study, plan.assessment
     robot, times = study.robot, plan.schedule
+    via = via_document(robot, plan.via)
     cases = []
     for i, case in enumerate(load_case_entries(robot, plan.load_cases)):
         near = worth.nearest[i]
@@ -126,7 +165,8 @@ def plan_document(plan: Plan) -> dict[str, Any]:
         "free_joints": list(plan.free_joints),
         **({"turns_with_load": plan.turns_with_load} if plan.turns_with_load else {}),
         "load_cases": cases,
-        **via_document(robot, plan.via),
+        **via,
+        "load_cases_sha256": load_cases_hash(cases, via.get("via", [])),
         "schedule": {
             "hours": times.hours,
             **{f"{what.replace(' ', '_')}_min": value for what, value in times.minutes.items()},
@@ -159,6 +199,8 @@ def _origin(study: Study) -> dict[str, Any]:
     }
     if study.robot.sha256:
         origin["robot_sha256"] = study.robot.sha256
+    if study.carried_out is not None and study.carried_out.sha256:
+        origin["prior_sha256"] = study.carried_out.sha256
     if study.path_hashes:
         origin["paths_sha256"] = study.path_hashes
     return origin

@@ -10,24 +10,32 @@ import numpy as np
 
 from elastocal.arrays import Array, IntArray
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.errors import PlanFileError
+from elastocal.errors import InputError, PlanFileError
+from elastocal.files.compliance_units import factor_to_si
+from elastocal.files.plans.certificate_section import certified_design
 from elastocal.files.plans.covariance_section import claimed_covariance
+from elastocal.files.plans.document import document_of
 from elastocal.files.plans.done_section import read_done
 from elastocal.files.plans.known_section import read_known
-from elastocal.files.plans.load_case_entries import columns, finite_at, read_load_cases
+from elastocal.files.plans.load_case_entries import (
+    columns,
+    finite_at,
+    load_cases_hash,
+    read_load_cases,
+)
+from elastocal.files.plans.plan_schema import PlannedCasesFile, check_kinds
 from elastocal.files.plans.via_points import VIA, read_via, split_via
 from elastocal.files.tables.csv_table import FORCES, PLAIN, TORQUES, is_table, read_table
 from elastocal.files.tables.units import UNITS, split_header
-from elastocal.files.texts import is_version, json_document, read_text, text_hash
-from elastocal.names import LONGEST, flaw, shown
+from elastocal.files.texts import read_text
 from elastocal.planning.remaining import knowing
 from elastocal.robot.chain import Robot
+from elastocal.robot.joint_kinds import KINDS
 from elastocal.study.criteria import CRITERIA, RENAMED, RHO0
 from elastocal.study.known import Known
 from elastocal.study.study import Done, Study, with_count
 from elastocal.study.two_steps import with_known
 
-_LONGEST_TEXT = 10_000  # of a remark
 _TORQUES = ("Tx", "Ty", "Tz")
 
 
@@ -52,6 +60,8 @@ class Proposal:
         free_joints: Joints whose values do not matter, empty if not said.
         turns_with_load: Joint that may turn together with the load, empty if not said.
         known: What it knew of further springs, None if nothing.
+        prior_hash: Hash of the plan that was carried out before it, empty if not said.
+        edited: Whether its load cases are others than when it was written.
     """
 
     name: str
@@ -69,6 +79,8 @@ class Proposal:
     path_hashes: dict[str, str] = field(default_factory=dict)
     turns_with_load: str = ""
     known: Known | None = None
+    prior_hash: str = ""
+    edited: bool = False
 
     @property
     def count(self) -> int:
@@ -85,7 +97,7 @@ def read_proposal(path: str | Path, study: Study) -> Proposal:
     path = Path(path)
     if is_table(path):
         return _read_csv(path, study.robot)
-    return _read_json(read_text(path), path, study.robot)
+    return proposal_in(document_of(read_text(path), path), path, study.robot)
 
 
 def study_for(proposal: Proposal, study: Study) -> Study:
@@ -98,72 +110,32 @@ def study_for(proposal: Proposal, study: Study) -> Study:
     return with_count(study, proposal.count, study.experiments.max_configurations)
 
 
-def document_of(text: str, path: Path) -> Any:
-    """The content of a plan.json, with the study it was written with.
-
-    Raises:
-        PlanFileError: not JSON, not a plan, of another version, or with a text of the study that
-            is not the one whose hash stands beside it.
-    """
-    document = json_document(text, path, PlanFileError)
-    if not isinstance(document, dict) or document.get("kind") != "plan":
-        raise PlanFileError(f'{path}: not a plan file; expected JSON with "kind": "plan"')
-    if not is_version(document.get("elastocal")):
-        raise PlanFileError(
-            f"{path}: format version {document.get('elastocal')!r} is not known; "
-            "this program reads 1"
-        )
-    _check_texts(document, path)
-    _refuse_edited(_section(document, "study"), path)
-    return document
-
-
-def _refuse_edited(origin: dict[str, Any], path: Path) -> None:
-    """Refuse a text of the study that was changed inside the plan."""
-    text, digest = origin.get("text"), origin.get("sha256")
-    if isinstance(text, str) and text and digest is not None and text_hash(text) != digest:
-        raise PlanFileError(
-            f"{path}: the text of the study in it is not the one its sha256 stands for, so it was "
-            "changed after planning; plan again from the study that is meant, or export the run "
-            "sheet (CSV) with --study"
-        )
-
-
-def _check_texts(document: Any, path: Path) -> None:
-    """Refuse keys that cannot be names, and texts but that of the study with signs unseen."""
-    left: list[tuple[str, Any]] = [("", document)]
-    while left:
-        place, value = left.pop()
-        texts, inner, longest = [], [], LONGEST
-        if isinstance(value, dict):
-            texts = list(value)
-            inner = [(f"{place}.{key}", v) for key, v in value.items()]
-        elif isinstance(value, list):
-            inner = [(place, v) for v in value if isinstance(v, dict | list | str)]
-        elif isinstance(value, str) and place != ".study.text":
-            texts, longest = [value], _LONGEST_TEXT
-        if wrong := next(filter(None, (flaw(text, longest) for text in texts)), ""):
-            where = f"{path}, {shown(place[1:])}" if place else str(path)
-            raise PlanFileError(f"{where}: {wrong}")
-        left += inner[::-1]
-
-
 def bound_key(criterion: str) -> str:
     """Key of the bound on a position error; on ρ0 if nothing is said of the criterion."""
     return f"{CRITERIA.get(criterion, RHO0).key}_lower_bound_mm"
 
 
-def _read_json(text: str, path: Path, robot: Robot) -> Proposal:
-    document = document_of(text, path)
+def proposal_in(document: dict[str, Any], path: Path, robot: Robot) -> Proposal:
+    """The plan in the document of a plan.json.
+
+    Raises:
+        PlanFileError: a section is wrong, or not for this robot; names the key.
+    """
     entries = document.get("load_cases")
     if not isinstance(entries, list) or not entries:
         raise PlanFileError(f"{path}: load_cases must be a list with at least one load case")
     cases = read_load_cases(entries, robot, str(path))
     counts = [entry.get("repeats") for entry in entries]
     repeats = np.array([_repeats(n, f"{path}, load case {i + 1}") for i, n in enumerate(counts)])
+    check_kinds({"load_cases": entries}, path, PlannedCasesFile)
     certificate = _section(document, "certificate")
-    named = str(document.get("criterion", ""))
+    certified_design(certificate, robot, f"{path}: certificate")  # for its errors
+    named = document.get("criterion") or ""
     criterion = _name_today(named, document)
+    if criterion and criterion not in CRITERIA:
+        raise PlanFileError(
+            f"{path}: criterion: expected one of {', '.join(CRITERIA)}, found {named!r}"
+        )
     claims: dict[str, Any] = {
         name: finite_at(section[key], f"{path}: {key}") / unit
         for name, section, key, unit in (
@@ -176,41 +148,43 @@ def _read_json(text: str, path: Path, robot: Robot) -> Proposal:
         if key in section
     }
     claims["standard_error"] = {
-        str(name): finite_at(entry.get("value"), f"{path}: standard_error of {name}")
+        name: _claimed_error(name, entry, robot, f"{path}: standard_error of {name}")
         for name, entry in _section(document, "standard_error").items()
-        if isinstance(entry, dict)
     }
     claims["rho0_each"] = {
-        str(name): finite_at(value, f"{path}: rho0_each_mm of {name}") / 1e3
+        name: finite_at(value, f"{path}: rho0_each_mm of {name}") / 1e3
         for name, value in _section(document, "rho0_each_mm").items()
         if value is not None  # null: infinite
     }
     claims["worst_point"] = {
-        str(name): finite_at(entry.get("worst_mm"), f"{path}: worst_mm of {name}") / 1e3
+        name: finite_at(entry["worst_mm"], f"{path}: worst_mm of {name}") / 1e3
         for name, entry in _section(document, "paths").items()
-        if isinstance(entry, dict) and entry.get("worst_mm") is not None
+        if entry.get("worst_mm") is not None
     }
     if "covariance" in document:
         claims["covariance"] = claimed_covariance(document["covariance"], f"{path}: covariance")
     claims["criteria"] = _claimed_criteria(_section(document, "criteria"), path)
     origin = _section(document, "study")
-    seed = document.get("seed")
+    via = read_via(document.get("via", []), robot, len(cases), str(path))
+    digest = document.get("load_cases_sha256")
     return Proposal(
         path.name,
         cases,
         repeats,
         claims,
-        str(origin.get("sha256", "")),
+        origin.get("sha256", ""),
         criterion,
-        seed if isinstance(seed, int) else None,
-        str(origin.get("robot_sha256", "")),
+        document.get("seed"),
+        origin.get("robot_sha256", ""),
         read_done(document["after"], robot, f"{path}: after") if "after" in document else None,
-        read_via(document.get("via", []), robot, len(cases), str(path)),
-        _free(document.get("free_joints"), robot),
+        via,
+        _free(document.get("free_joints") or [], robot, path),
         named,
-        {str(k): str(v) for k, v in _section(origin, "paths_sha256").items()},
-        "".join(_free([document.get("turns_with_load")], robot)),
+        _section(origin, "paths_sha256"),
+        "".join(name for name in robot.joint_names if name == document.get("turns_with_load")),
         read_known(document["known"], robot, f"{path}: known") if "known" in document else None,
+        origin.get("prior_sha256", ""),
+        bool(digest) and digest != load_cases_hash(entries, document.get("via", [])),
     )
 
 
@@ -234,15 +208,29 @@ def _claimed_criteria(section: dict[str, Any], path: Path) -> dict[str, float]:
     return claimed
 
 
+def _claimed_error(name: str, entry: dict[str, Any], robot: Robot, where: str) -> float:
+    """A standard error in SI, whatever the unit it is given in."""
+    kinds = [joint.kind for joint in robot.joints if joint.name == name] or list(KINDS)
+    value, unit = finite_at(entry.get("value"), where), entry.get("unit", kinds[0].compliance)
+    for kind in kinds[::-1]:
+        try:
+            return value * factor_to_si(unit, kind.compliance)
+        except InputError as error:
+            wrong = error
+    raise PlanFileError(f"{where}: {wrong}")
+
+
 def _section(document: dict[str, Any], key: str) -> dict[str, Any]:
-    """A section that is read only if it is one."""
-    section = document.get(key)
-    return section if isinstance(section, dict) else {}
+    """A section, empty if it is not there."""
+    return document.get(key) or {}
 
 
-def _free(names: Any, robot: Robot) -> tuple[str, ...]:
-    said = names if isinstance(names, list) else []
-    return tuple(name for name in robot.joint_names if name in said)
+def _free(names: list[str], robot: Robot, path: Path) -> tuple[str, ...]:
+    """Names of joints, in the order of the chain."""
+    try:
+        return tuple(robot.joint_names[i] for i in sorted(robot.index(names)))
+    except InputError as error:
+        raise PlanFileError(f"{path}: free_joints: {error}") from None
 
 
 def _repeats(value: Any, where: str) -> int:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
-from elastocal.errors import PlanFileError
-from elastocal.files.plans.proposal_file import document_of
+from elastocal.errors import PlanFileError, StudyError
+from elastocal.files.plans.document import document_of
 from elastocal.files.study.known import embedded_known
 from elastocal.files.study.study_file import parse_study
 from elastocal.files.texts import read_text
@@ -13,30 +14,40 @@ from elastocal.study.study import Study
 
 
 def embedded_study(plan: Path) -> Study:
-    """The study embedded in a plan.json; files it names are looked for beside the plan.
+    """The study embedded in a plan.json, see `study_in`."""
+    return study_in(document_of(read_text(plan), plan), plan)
+
+
+def study_in(document: dict[str, Any], plan: Path) -> Study:
+    """The study in the document of a plan.json; files it names are looked for beside the plan.
 
     Raises:
-        PlanFileError: no study is embedded, or its robot file is another one than it was.
-        StudyError: the study cannot be read, or its robot file is not there.
+        PlanFileError: no study is embedded, or a file it names is another one than it was.
+        StudyError: the study cannot be read, or a file it names is not there.
     """
-    document = document_of(read_text(plan), plan)
-    origin = document.get("study")
-    origin = origin if isinstance(origin, dict) else {}
+    origin = document.get("study") or {}
     text = origin.get("text", "")
-    if not isinstance(text, str) or not text:
+    if not text:
         raise PlanFileError(f"{plan}: no study is embedded in this plan; name it with --study")
-    study = parse_study(text, plan, embedded_known(document, plan))
-    made_with = origin.get("robot_sha256", "")
-    if made_with and made_with != study.robot.sha256:
-        raise PlanFileError(
-            f"{plan}: the robot file of {study.robot.name!r} has changed since this plan was made; "
-            "name the study with --study if that is meant"
-        )
-    paths = origin.get("paths_sha256")
-    for name, digest in paths.items() if isinstance(paths, dict) else ():
-        if study.path_hashes.get(name, digest) != digest:
+    try:
+        study = parse_study(text, plan, embedded_known(document, plan))
+    except StudyError as error:
+        raise StudyError(
+            f"{error}; this is the study in the plan: name the study with --study, or put the "
+            "files it needs beside the plan"
+        ) from None
+    files = [
+        (f"the robot file of {study.robot.name!r}", origin.get("robot_sha256"), study.robot.sha256)
+    ]
+    if study.carried_out is not None:
+        prior = study.carried_out
+        files.append((f"the prior plan {prior.source!r}", origin.get("prior_sha256"), prior.sha256))
+    for name, digest in (origin.get("paths_sha256") or {}).items():
+        files.append((f"path {name!r}", digest, study.path_hashes.get(name, digest)))
+    for what, then, now in files:
+        if then and then != now:
             raise PlanFileError(
-                f"{plan}: path {name!r} has changed since this plan was made; name the study with "
+                f"{plan}: {what} has changed since this plan was made; name the study with "
                 "--study if that is meant"
             )
     return study

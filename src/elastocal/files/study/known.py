@@ -10,8 +10,9 @@ import numpy as np
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.errors import InputError, PlanFileError
 from elastocal.files.models.model_file import read_model
+from elastocal.files.plans.document import document_of
 from elastocal.files.plans.known_section import read_known
-from elastocal.files.plans.proposal_file import document_of, read_proposal, study_for
+from elastocal.files.plans.proposal_file import read_proposal, study_for
 from elastocal.files.tables.csv_table import is_table
 from elastocal.files.texts import file_hash, read_text
 from elastocal.planning.assessment import assess
@@ -68,9 +69,8 @@ def _is_plan(text: str) -> bool:
 def _promised(text: str, path: Path, robot: Robot, study_of: StudyOf) -> ComplianceModel:
     """What a plan promises: covariances recomputed from its study; compliances it knows none."""
     document = document_of(text, path)
-    section = document.get("study")
-    written = section.get("text") if isinstance(section, dict) else None
-    if not isinstance(written, str) or not written:
+    written = (document.get("study") or {}).get("text")
+    if not written:
         raise PlanFileError(f"{path}: no study is embedded in this plan; name a model instead")
     study = study_of(written, path, embedded_known(document, path))
     same = study.robot.joint_names == robot.joint_names and np.allclose(

@@ -121,12 +121,10 @@ def robot_of(entry: str | DHRobotFile | UrdfRobotFile, file: Path) -> Robot:
 def _from_file(entry: UrdfRobotFile, file: Path) -> Robot:
     path = file.parent / entry.urdf
     if not _exists(path):
-        embedded = file.suffix.lower() == ".json"
-        hint = "; name the study with --study, or put the file there" if embedded else ""
         raise LocatedError(
             ("urdf",),
             f"robot file {entry.urdf[:120]!r} is not there; it is looked for in {file.parent}, the "
-            f"folder of {file.name}{hint}",
+            f"folder of {file.name}",
         )
     twice = next((name for name in entry.limits_mm if name in entry.limits_deg), None)
     if twice is not None:

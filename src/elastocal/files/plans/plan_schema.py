@@ -1,0 +1,141 @@
+"""What a plan.json says, by the kind of every key; the readers of its sections look at the values.
+
+Keys of other programs may stand beside these.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from elastocal.errors import PlanFileError
+from elastocal.files.problems import first_problem
+from elastocal.files.values import Finite, Flag, Name, OpenSection, WholeNumber
+from elastocal.files.yaml_lines import Located
+
+
+class StudyOriginFile(OpenSection):
+    """The study that a plan was made from."""
+
+    name: str = ""
+    sha256: str = ""
+    text: str = ""
+    robot_sha256: str = ""
+    prior_sha256: str = ""
+    paths_sha256: dict[str, str] | None = None
+
+
+class NearestFile(OpenSection):
+    """The constraint with the least room."""
+
+    name: str = ""
+    margin: Finite | None = None
+    unit: str = ""
+
+
+class PlannedCaseFile(OpenSection):
+    """A load case, besides what is measured there."""
+
+    done_after_min: Finite | None = None
+    nearest_constraint: NearestFile | None = None
+
+
+class WorstPointFile(OpenSection):
+    """The worst point along a path."""
+
+    points: WholeNumber | None = None
+    worst_mm: Finite | None = None
+    worst_point: str = ""
+
+
+class StandardErrorFile(OpenSection):
+    """The standard error of one compliance; null where it is infinite."""
+
+    value: Finite | None = None
+    unit: str = ""
+
+
+class WeighedCaseFile(OpenSection):
+    """A load case of the continuous design."""
+
+    weight: Finite
+
+
+class PeakFile(OpenSection):
+    """The load case of the largest sensitivity."""
+
+    ratio: Finite | None = None
+
+
+class CertificateFile(OpenSection):
+    """How far a plan can be from the best."""
+
+    kind: str = ""
+    criterion: str = ""
+    why: str = ""
+    efficiency: Finite | None = None
+    fresh_starts: WholeNumber | None = None
+    attained: WholeNumber | None = None
+    floored: Flag = False
+    peak: PeakFile | None = None
+    continuous_design: list[WeighedCaseFile] | None = None
+
+
+class AfterFile(OpenSection):
+    """What was measured before."""
+
+    measurements: str = ""
+    sha256: str = ""
+    experiments: WholeNumber | None = None
+
+
+class KnownFile(OpenSection):
+    """What was known of further springs."""
+
+    file: str = ""
+    sha256: str = ""
+    planned: Flag = False
+
+
+class PlanFile(OpenSection):
+    """A whole plan file."""
+
+    made_by: str = ""
+    study: StudyOriginFile | None = None
+    criterion: Name | None = None
+    seed: WholeNumber | None = None
+    experiments: WholeNumber | None = None
+    load_cases_sha256: str = ""
+    free_joints: list[str] | None = None
+    schedule: dict[str, Finite] | None = None
+    after: AfterFile | None = None
+    known: KnownFile | None = None
+    rho0_mm: Finite | None = None
+    rho0_each_mm: dict[str, Finite | None] | None = None
+    paths: dict[str, WorstPointFile] | None = None
+    standard_error: dict[str, StandardErrorFile] | None = None
+    covariance: dict[str, Any] | None = None
+    remarks: list[str] | None = None
+    doubts: list[dict[str, Any]] | None = None
+    criteria: dict[str, Any] | None = None
+    certificate: CertificateFile | None = None
+
+
+class PlannedCasesFile(OpenSection):
+    """The load cases of a plan, besides what is measured there."""
+
+    load_cases: list[PlannedCaseFile]
+
+
+def check_kinds(document: dict[str, Any], path: Path, model: type[OpenSection] = PlanFile) -> None:
+    """Refuse a plan with a key of another kind than it should be.
+
+    Raises:
+        PlanFileError: names the first such key.
+    """
+    try:
+        model.model_validate(document)
+    except ValidationError as error:
+        raise PlanFileError(first_problem(Located(document, {}, path), error, model)) from None
