@@ -44,6 +44,7 @@ CASES: dict[str, tuple[str, str, list[str], int]] = {
     "obstacles as a section": (f"    - {TABLE}\n    - {MESH}\n", "    a: 1\n", ["a list"], 2),
     "mesh without unit": ("mesh_unit: mm, ", "", ["line 19", "mesh_unit"], 2),
     "unit of no mesh": ("[1700, 0, 350]", "[1700, 0, 350], mesh_unit: mm", ["line 18", "mesh"], 2),
+    "unit said twice": ("cage.stl", "cage.dae", ["line 19", "says its unit itself"], 2),
     "unknown unit": ("mesh_unit: mm", "mesh_unit: cm", ["line 19", "'mm', 'm' or 'inch'"], 2),
     "mesh elsewhere": ("cage.stl", "../cage.stl", ["line 19", "outside the folder"], 2),
     "mesh at the root": ("cage.stl", "/etc/passwd", ["line 19", "outside the folder"], 2),

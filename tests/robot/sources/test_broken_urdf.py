@@ -139,7 +139,7 @@ def test_the_good_one_is_read() -> None:
     assert shape.source == "package://two/lower.stl"
     assert robot.remarks == (
         "1 of 1 meshes were not found, such as package://two/lower.stl: "
-        "no folder is named for package 'two'",
+        "no folder is named for package 'two' (packages: {two: folder})",
     )
 
 

@@ -1,6 +1,6 @@
 """Meshes for collision: the convex hulls of their connected parts.
 
-A mesh file comes from anywhere. It is read with a limit on its size, in three formats, from the
+A mesh file comes from anywhere. It is read with a limit on its size, in four formats, from the
 one path that was named; what it holds is checked before anything is computed from it.
 """
 
@@ -14,12 +14,13 @@ from typing import Any
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
+from elastocal.constraints.collision.collada import collada
 from elastocal.errors import InputError
 from elastocal.reading import bytes_of
 from elastocal.robot.shapes import Shape
 from elastocal.wording.numbers import described
 
-FORMATS = (".stl", ".obj", ".ply")
+FORMATS = (".stl", ".obj", ".ply", ".dae")
 LARGEST = 32 * 1024 * 1024
 """Bytes of a mesh file that are read at most."""
 LARGEST_SIZE = 100.0
@@ -83,10 +84,38 @@ def _read(path: Path) -> tuple[Array, IntArray]:
     """Vertices (V, 3) and triangles (F, 3) as they are in the file."""
     if path.suffix.lower() not in FORMATS:
         raise InputError(
-            f"{path}: mesh format {path.suffix or 'without ending'!r} is not read; expected one of "
-            f"{', '.join(FORMATS)}"
+            f"{path}: mesh format {path.suffix or 'without ending'!r} is not read; {_instead(path)}"
         )
     data = bytes_of(path, LARGEST)
+    if path.suffix.lower() == ".dae":
+        vertices, faces = collada(data, str(path))
+    else:
+        vertices, faces = _by_trimesh(path, data)
+    if not len(faces) or not len(vertices):
+        raise InputError(f"{path}: the mesh has no triangles")
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        raise InputError(f"{path}: a triangle of the mesh names a vertex that is not there")
+    if not np.isfinite(vertices).all():
+        raise InputError(f"{path}: the mesh has vertices that are not finite numbers")
+    return vertices, faces
+
+
+def _instead(path: Path) -> str:
+    """What to do about a format that is not read."""
+    beside = next(
+        (
+            file.name
+            for file in (path.with_suffix(end) for end in FORMATS)
+            if path.suffix and file.is_file()
+        ),
+        None,
+    )
+    if beside:
+        return f"name {beside} in the robot file instead, which lies beside it"
+    return f"save it as one of {', '.join(FORMATS)} and name that"
+
+
+def _by_trimesh(path: Path, data: bytes) -> tuple[Array, IntArray]:
     try:
         import trimesh
     except ImportError:
@@ -103,12 +132,6 @@ def _read(path: Path) -> tuple[Array, IntArray]:
     except Exception as error:  # whatever a hostile file makes of a parser
         reason = str(error).splitlines()[0][:80] if str(error) else type(error).__name__
         raise InputError(f"{path}: not a readable {path.suffix[1:]} mesh: {reason}") from None
-    if not len(faces) or not len(vertices):
-        raise InputError(f"{path}: the mesh has no triangles")
-    if faces.min() < 0 or faces.max() >= len(vertices):
-        raise InputError(f"{path}: a triangle of the mesh names a vertex that is not there")
-    if not np.isfinite(vertices).all():
-        raise InputError(f"{path}: the mesh has vertices that are not finite numbers")
     return vertices, faces
 
 

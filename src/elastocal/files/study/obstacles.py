@@ -165,12 +165,17 @@ def _obstacle(entry: ObstacleFile, folder: Path) -> Shape:
     rotation = from_zyx_angles(np.array([[yaw, pitch, roll]]))[0]
     pose = transform(rotation, entry.center_mm or [0.0] * 3)
     if entry.mesh is not None:
-        if entry.mesh_unit is None:
+        says_it = Path(entry.mesh).suffix.lower() == ".dae"
+        if says_it and entry.mesh_unit is not None:
+            raise LocatedError(
+                ("mesh_unit",), "a COLLADA file (.dae) says its unit itself; leave mesh_unit out"
+            )
+        if entry.mesh_unit is None and not says_it:
             raise InputError(
                 f"obstacle {entry.name!r}: say the unit of its mesh with mesh_unit: mm, m or inch"
             )
         file = _inside(folder, entry.mesh)
-        scale = np.full(3, _UNITS[entry.mesh_unit])
+        scale = np.full(3, 1.0 if entry.mesh_unit is None else _UNITS[entry.mesh_unit])
         return Shape("mesh", scale, pose, 0, entry.name, file, entry.mesh)
     kind, size = given[0].split("_")[0], [entry.sphere_radius_mm or 0.0]
     if entry.box_mm is not None:

@@ -24,7 +24,8 @@ _MARKS = (
     (b"\0<", "utf-16-be"),
 )
 """How a file in each encoding begins, if it is not one that holds ASCII as it is."""
-_DECLARED = re.compile(rb"""<\?xml[^>]{0,80}?\sencoding\s*=\s*["']([A-Za-z0-9._-]{1,40})["']""")
+_DECLARED = re.compile(rb"""\s*<\?xml[^>]{0,80}?\sencoding\s*=\s*["']([A-Za-z0-9._-]{1,40})["']""")
+_DECLARATION = re.compile(r"\A\s*<\?xml\s[^>]{0,200}\?>")
 _NO_CHARACTER_SETS = {"idna", "punycode", "unicode-escape", "raw-unicode-escape", "undefined"}
 
 
@@ -36,13 +37,15 @@ class Node:
         tag: Its name, with prefix.
         place: "arm.urdf, line 12", for messages.
         attributes: Attributes by name.
-        children: Elements inside, in order; text is left out.
+        children: Elements inside, in order.
+        text: The text directly inside, if it was asked for.
     """
 
     tag: str
     place: str
     attributes: dict[str, str] = field(default_factory=dict)
     children: list[Node] = field(default_factory=list)
+    text: str = ""
 
     def all(self, tag: str) -> list[Node]:
         """Children called `tag`."""
@@ -53,8 +56,8 @@ class Node:
         return InputError(f"{self.place}: {message}")
 
 
-def parse_xml(data: bytes, where: str) -> Node:
-    """The root element of `data`; `where` names the file in messages.
+def parse_xml(data: bytes, where: str, *, texts: bool = False) -> Node:
+    """The root element of `data`; `where` names the file in messages; `texts` are kept on demand.
 
     Raises:
         InputError: not well-formed, with a document type, nested too deeply or too long.
@@ -67,6 +70,8 @@ def parse_xml(data: bytes, where: str) -> Node:
         tag, found, parser.CurrentLineNumber
     )
     parser.EndElementHandler = lambda _: builder.end()
+    if texts:
+        parser.CharacterDataHandler = builder.text
     parser.StartDoctypeDeclHandler = lambda *_: builder.refuse(
         parser.CurrentLineNumber,
         "a document type (<!DOCTYPE>) is not accepted, nor are entities; remove it",
@@ -94,7 +99,9 @@ def _decoded(data: bytes, where: str) -> str:
     try:
         if codecs.lookup(encoding).name in _NO_CHARACTER_SETS:
             raise LookupError
-        return data.decode(encoding)
+        text = data.decode(encoding)
+        # What declares the encoding is done with, also behind blank lines, which XML forbids.
+        return _DECLARATION.sub(lambda found: re.sub(r"[^\n]", " ", found[0]), text, count=1)
     except UnicodeDecodeError as error:
         line = data[: error.start].count(b"\n") + 1
         mend = (
@@ -121,6 +128,7 @@ class _Builder:
         self.root: Node | None = None
         self.count = 0
         self.open: list[Node] = []
+        self.texts: list[list[str]] = []
 
     def start(self, tag: str, attributes: dict[str, str], line: int) -> None:
         """An element begins."""
@@ -135,10 +143,15 @@ class _Builder:
         else:
             self.root = node
         self.open.append(node)
+        self.texts.append([])
+
+    def text(self, piece: str) -> None:
+        """A piece of text."""
+        self.texts[-1].append(piece)
 
     def end(self) -> None:
         """An element ends."""
-        self.open.pop()
+        self.open.pop().text = "".join(self.texts.pop())
 
     def refuse(self, line: int, why: str) -> None:
         """Stop reading."""
