@@ -61,6 +61,7 @@ def identify_command(
     from elastocal.files.study.study_file import read_study
     from elastocal.identification.fit import Fit
     from elastocal.identification.identify import identify
+    from elastocal.identification.impossible import refuse_impossible_fit
 
     models = [file for file in (mapping, prior, known) if file is not None]
     given = [study_file, *measurements, *models]
@@ -84,6 +85,7 @@ def identify_command(
         prior=model_at(prior, study.robot),
         known=known_compliances,
     )
+    refuse_impossible_fit(identification)
     document = write_identification(study, identification, out, prior)
     if as_json:
         print_json(document)

@@ -26,6 +26,7 @@ from elastocal.files.plans.proposal_file import Proposal, read_proposal, study_f
 from elastocal.files.study.known import KnownOf, known_at
 from elastocal.files.study.study_file import named_files, parse_study, read_study
 from elastocal.identification.fit import Fit
+from elastocal.identification.impossible import refuse_impossible_readings
 from elastocal.measuring.measurements import Measurements
 from elastocal.planning.as_measured import Measured
 from elastocal.planning.assessment import assess
@@ -248,8 +249,14 @@ def note_model(path: Path, study: Study) -> None:
 
 
 def readings(study: Study, paths: list[Path], mapping: Path | None = None) -> Measurements:
-    """The readings in one file, or in several that belong together."""
-    return read_measurements(paths[0] if len(paths) == 1 else paths, study, mapping)
+    """The readings in one file, or in several that belong together.
+
+    Raises:
+        InputError: they cannot be read, or cannot be.
+    """
+    data = read_measurements(paths[0] if len(paths) == 1 else paths, study, mapping)
+    refuse_impossible_readings(data, study.robot)
+    return data
 
 
 def model_at(path: Path | None, robot: Robot) -> ComplianceModel | None:

@@ -15,6 +15,7 @@ from elastocal.errors import InputError
 from elastocal.files.models.model_file import read_model
 from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
+from elastocal.identification.impossible import refuse_impossible_fit
 from elastocal.identification.result import Identification
 from elastocal.measuring.measurements import Measurements
 from elastocal.study.study import Study
@@ -42,10 +43,12 @@ def refit(
         known: Compliances of further springs.
 
     Raises:
-        InputError: the file says anything else; names the first difference.
+        InputError: the fit is nonsense, or the file says anything else; names the first
+            difference.
     """
     given = None if model is None else read_model(model, study.robot, believed=False)
     found = identify(study.arm, data, how, prior=model_at(prior, study.robot), known=known)
+    refuse_impossible_fit(found)
     if given is not None and (difference := _difference(given, found)):
         raise InputError(
             f"{model}: is not the model that {data.source} gives; {difference}; name the "

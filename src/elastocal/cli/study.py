@@ -21,6 +21,7 @@ from elastocal.cli.common import (
 from elastocal.errors import InputError
 
 if TYPE_CHECKING:
+    from elastocal.measuring.measurements import Measurements
     from elastocal.planning.study_check import Checkup
     from elastocal.study.study import Study
 
@@ -106,16 +107,24 @@ def check_command(
 def _check_measurements(
     study_file: Path, paths: list[Path], mapping: Path | None, as_json: bool
 ) -> None:
-    """Say what was understood of measurement files."""
-    from elastocal.files.doubt_entries import doubt_entries
+    """Say what was understood of measurement files, and then whether it cannot be."""
     from elastocal.files.measurements.measurement_file import read_measurements
     from elastocal.files.study.study_file import read_study
-    from elastocal.wording import worded
+    from elastocal.identification.impossible import refuse_impossible_readings
 
     study = read_study(study_file)
     data = read_measurements(paths, study, mapping)
+    _show_measurements(data, study, as_json)
+    refuse_impossible_readings(data, study.robot)
+
+
+def _show_measurements(data: Measurements, study: Study, as_json: bool) -> None:
+    """What was understood of measurements, on the screen or for programs."""
     if as_json:
         import numpy as np
+
+        from elastocal.files.doubt_entries import doubt_entries
+        from elastocal.wording import worded
 
         size = np.linalg.norm(data.deflection, axis=1)
         turned = {"largest_rotation_mrad": 1e3 * float(size[data.rotations].max(initial=0.0))}

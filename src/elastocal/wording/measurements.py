@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from elastocal.errors import Code, Doubt
 from elastocal.wording.lists import LONGEST, experiments, listed
-from elastocal.wording.numbers import shown
+from elastocal.wording.numbers import described, number, shown
 
 
 def _radians(doubt: Doubt) -> str:
@@ -67,6 +67,15 @@ def _not_used(names: Sequence[str]) -> str:
     return f"columns {quoted} are" if len(names) > 1 else f"column {quoted} is"
 
 
+def _with(doubt: Doubt) -> str:
+    """'with A2 below zero and A1 beyond its limits'."""
+    parts = [f"{listed(doubt.about)} below zero"] if doubt.about else []
+    if doubt.because:
+        their = "its" if len(doubt.because) == 1 else "their"
+        parts.append(f"{listed(doubt.because)} beyond {their} limits")
+    return f"with {' and '.join(parts)}"
+
+
 def _rotation_unit(doubt: Doubt) -> str:
     ratio = doubt.numbers["ratio"]
     off = f"{ratio:.3g} times too large" if ratio > 1.0 else f"{1.0 / ratio:.3g} times too small"
@@ -121,6 +130,33 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     "unfinished": lambda doubt: (
         f"{doubt.numbers['experiments']} of the {doubt.numbers['planned']} experiments of the "
         "study are in the file"
+    ),
+    "impossible-joints": lambda doubt: (
+        f"no robot stands there: {', '.join(doubt.about)} "
+        f"{'is' if len(doubt.about) == 1 else 'are'} far beyond the limits in "
+        f"{doubt.numbers['experiments']} experiments ({doubt.because[0]} at "
+        f"{described(doubt.numbers['value'], doubt.unit)}); look at the units of the joint values"
+        + (": were degrees meant?" if doubt.unit == "rad" else "")
+    ),
+    "impossible-loads": lambda doubt: (
+        f"no robot bears that: most loads are {doubt.numbers['load']:.3g} {doubt.unit} or so; look "
+        "at their unit"
+    ),
+    "impossible-deflections": lambda doubt: (
+        f"no arm bends so far: most deflections are {doubt.numbers['deflection']:.3g} m or so, at "
+        f"no more than {doubt.numbers['distance']:.3g} m from the base; look at their unit, and "
+        "whether positions of different points were subtracted"
+    ),
+    "impossible-signs": lambda doubt: (
+        f"no spring gives way against its load, but by these readings all of "
+        f"{', '.join(doubt.about)} do: were loaded and unloaded exchanged, or the sign of the "
+        "force?"
+    ),
+    "impossible-fit": lambda doubt: (
+        f"no springs explain these readings: they are {number(doubt.numbers['scale'], 2)} times as "
+        f"far from the model as σ promises, {_with(doubt)}; look at the units and signs of joint "
+        "values, at frame, markers and loads; --sigma estimated or a robust --loss identify all "
+        "the same"
     ),
     "looks-used": lambda doubt: (
         f"column {doubt.about[0]!r} looks like {doubt.because[0]} but is not used; its name means "

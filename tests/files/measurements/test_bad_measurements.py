@@ -133,6 +133,14 @@ CASES: dict[str, tuple[bytes, list[str]]] = {
     "zero uncertainty": (
         edited("-3.2,0.02", "-3.2,0"), ["line 3, column 'u [mm]'", "positive, found 0 mm"]),
     "negative uncertainty": (edited("-3.2,0.02", "-3.2,-0.02"), ["line 3", "found -0.02 mm"]),
+    "uncertainty of no instrument": (
+        edited("-3.2,0.02", "-3.2,1e-300"),
+        ["line 3, column 'u [mm]'", "expected 1e-09 to 10000 mm, found 1e-300 mm"]),
+    "uncertainty beyond the robot": (
+        edited("-3.2,0.02", "-3.2,1e8"), ["line 3", "no instrument", "found 1e+08 mm"]),
+    "uncertainty of another unit": (
+        edited("u [mm]", "u [m]").replace(b",0.02\n", b",20\n"),
+        ["line 2, column 'u [m]'", "no instrument", "found 20000 mm"]),
     "unknown state": (
         edited("1,M2,loaded", "1,M2,preloaded", STATES),
         ["line 5, column 'state'", "loaded, unloaded", "'preloaded'"]),

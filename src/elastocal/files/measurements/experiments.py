@@ -11,6 +11,7 @@ from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import MeasurementFileError
 from elastocal.files.measurements.columns import FORCES, MASS, TORQUES
 from elastocal.files.measurements.table import Table
+from elastocal.files.measurements.turns import side_by_side
 from elastocal.files.tables.units import STANDARD_GRAVITY
 from elastocal.measuring.measurements import FORCE_SCATTER, JOINT_SCATTER
 from elastocal.robot.chain import Robot
@@ -47,7 +48,7 @@ def grouped(table: Table, robot: Robot, loaded: BoolArray | None, gravity: Array
     """
     names, codes = _experiments(table)
     keys = [f"q:{joint.name}" for joint in robot.joints]
-    shown = table.vectors(keys)
+    shown = side_by_side(table.vectors(keys), codes, robot)
     q, spread = _common(shown, codes, len(names))
     row, joint = np.unravel_index(spread.argmax(), spread.shape)
     if spread[row, joint] > JOINT_SCATTER:

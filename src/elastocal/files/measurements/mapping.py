@@ -17,6 +17,7 @@ from elastocal.errors import InputError, MeasurementFileError
 from elastocal.files.measurements.columns import WORDS, Meaning, meaning_named
 from elastocal.files.problems import first_problem
 from elastocal.files.tables.layout import Style
+from elastocal.files.tables.numbers import LARGEST
 from elastocal.files.tables.units import factor, split_header, unit_hint
 from elastocal.files.texts import is_version, read_text
 from elastocal.files.values import Count, DegreeVector, Either, Flag, Name, Number, Section, Vector
@@ -279,8 +280,10 @@ def _constants(document: Located, file: MappingFile, robot: Robot) -> Iterator[C
         assert scale is not None
         numbers = []
         for value in values:
-            if not isinstance(value, float):
-                raise MeasurementFileError(f"{where}: {name}: expected a number, found {value!r}")
+            if not isinstance(value, float) or not abs(value) < LARGEST:
+                raise MeasurementFileError(
+                    f"{where}: {name}: expected a number below {LARGEST:g}, found {value!r:.40}"
+                )
             numbers.append(scale * value)
         yield Constant(meaning, tuple(numbers), where)
 

@@ -36,6 +36,7 @@ from elastocal.files.measurements.readings import Readings, deflections, differe
 from elastocal.files.measurements.selection import chosen_word, usable
 from elastocal.files.measurements.suspicious import doubts, unused
 from elastocal.files.measurements.table import Table, combined, kept
+from elastocal.files.measurements.turns import within_limits
 from elastocal.files.measurements.uncertainty import kind_of_uncertainty, matrices
 from elastocal.files.measurements.writing import write_measurements
 from elastocal.files.tables.decoding import decoded
@@ -90,7 +91,8 @@ def read_measurements(
     units = {key: c.unit for some in columns for key, c in some.items()}
     if foreign:
         table = completed(table, foreign)
-    found = _measurements(table, study, foreign)
+    shown = _measurements(table, study, foreign)
+    found = within_limits(shown, study.robot)
     odd = [file.remark for file in files if file.remark]
     odd += [t.remark for t in tables if t.remark]
     return replace(
@@ -100,7 +102,7 @@ def read_measurements(
         remarks=(*odd, *found.remarks),
         doubts=(
             *unused(free, turned, chosen=foreign is not None),
-            *doubts(found, study, units),
+            *doubts(found, study, units, shown.cases.q),
         ),
     )
 

@@ -19,16 +19,20 @@ _LARGE = 0.1  # m; no arm that works bends so far
 _NOTHING_BUT_NOISE = 3.0  # deflections over their noise
 
 
-def doubts(found: Measurements, study: Study, units: dict[str, str]) -> tuple[Doubt, ...]:
+def doubts(
+    found: Measurements, study: Study, units: dict[str, str], shown: Array
+) -> tuple[Doubt, ...]:
     """What looks odd.
 
     Args:
         found: What was read.
         study: The campaign it belongs to.
         units: Units of the columns in the file, by key.
+        shown: (N, n) joint values with their whole turns [rad or m].
     """
     return (
-        *_joints(found, study, units),
+        *_units(shown, study, units),
+        *_joints(found, study),
         *_loads(found, study),
         *_deflections(found),
         *rotations_unlike_positions(found, study, units),
@@ -64,8 +68,8 @@ def _looks_like(name: str, unit: str | None) -> str | None:
     return next((w for kind, w in kinds.items() if unit and factor(unit, kind) is not None), None)
 
 
-def _joints(found: Measurements, study: Study, units: dict[str, str]) -> Iterator[Doubt]:
-    robot, q = study.robot, found.cases.q
+def _units(q: Array, study: Study, units: dict[str, str]) -> Iterator[Doubt]:
+    robot = study.robot
     turning = [j for j, joint in enumerate(robot.joints) if not joint.prismatic]
     for unit in ("rad", "deg"):
         own = [j for j in turning if units.get(f"q:{robot.joints[j].name}") == unit]
@@ -76,8 +80,11 @@ def _joints(found: Measurements, study: Study, units: dict[str, str]) -> Iterato
             yield Doubt("degrees-for-radians", numbers={"largest": largest})
         if unit == "deg" and 0.0 < np.degrees(largest) < 2.0 * np.pi:
             yield Doubt("radians-for-degrees", numbers={"largest": largest})
-    for j, joint in enumerate(robot.joints):
-        value = q[:, j]
+
+
+def _joints(found: Measurements, study: Study) -> Iterator[Doubt]:
+    for j, joint in enumerate(study.robot.joints):
+        value = found.cases.q[:, j]
         beyond = np.asarray((value < joint.lower - 1e-9) | (value > joint.upper + 1e-9))
         if beyond.any():
             first = float(value[int(beyond.argmax())])

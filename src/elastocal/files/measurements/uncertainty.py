@@ -11,6 +11,8 @@ from elastocal.files.measurements.table import Table
 
 COVERAGE = 2.0
 """U95 is this many standard uncertainties."""
+LEAST, MOST = 1e-12, 10.0
+"""Uncertainties that an instrument can have [m, rad]; others are mistakes."""
 _SIX = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
@@ -52,19 +54,17 @@ def variances(table: Table, names: tuple[str, ...], of: Triple) -> Array:
         of: What is read.
 
     Raises:
-        MeasurementFileError: an uncertainty that is not positive, by row and column.
+        MeasurementFileError: an uncertainty that is not positive, or that no instrument has, by
+            row and column.
     """
     six = np.zeros((table.rows, 6))
     scale = 1.0 / COVERAGE if names[0].startswith("U95") else 1.0
     for name in names:
-        wrong = np.flatnonzero(~(table.numbers[name] > 0.0))
+        found = table.numbers[name]
+        wrong = np.flatnonzero(~((found >= LEAST) & (found <= MOST)))
         if len(wrong):
             row = int(wrong[0])
-            value = table.numbers[name][row]
-            found = "the cell is empty" if np.isnan(value) else f"found {1e3 * value:g} {of.unit}"
-            raise MeasurementFileError(
-                f"{table.where(row, name)}: an uncertainty must be positive, {found}"
-            )
+            raise MeasurementFileError(f"{table.where(row, name)}: {_problem(found[row], of)}")
     for axis in range(3):
         six[:, axis] = (scale * table.numbers[names[axis % len(names)]]) ** 2
     if table.has(*of.covariances):
@@ -72,6 +72,19 @@ def variances(table: Table, names: tuple[str, ...], of: Triple) -> Array:
             six[:, 3 + i] = table.numbers[key]
         _check_positive(six, table, of)
     return six
+
+
+def _problem(value: float, of: Triple) -> str:
+    """Why an uncertainty [m, rad] is none."""
+    if np.isnan(value):
+        return "an uncertainty must be positive, the cell is empty"
+    found = f"found {1e3 * value:g} {of.unit}"
+    if not value > 0.0:
+        return f"an uncertainty must be positive, {found}"
+    return (
+        f"no instrument has this uncertainty; expected {1e3 * LEAST:g} to {1e3 * MOST:g} "
+        f"{of.unit}, {found}"
+    )
 
 
 def matrices(six: Array) -> Array:

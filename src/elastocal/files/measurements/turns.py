@@ -1,0 +1,66 @@
+"""Joint values that differ by whole turns: where the arm is, they are the same.
+
+In: joint values as a controller shows them. Out: the rows of one experiment beside each other, and
+values within the limits of the robot. A gearbox may know the difference; what bends does not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from elastocal.arrays import Array, IntArray
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.measuring.measurements import Measurements
+from elastocal.robot.chain import Robot
+from elastocal.wording.lists import experiments
+
+_TURN = 2.0 * np.pi
+_ROUNDING = 1e-9  # rad
+
+
+def side_by_side(values: Array, codes: IntArray, robot: Robot) -> Array:
+    """(R, n) joint values less the whole turns by which they are from the first of their group.
+
+    Args:
+        values: (R, n) joint values [rad or m].
+        codes: (R,) group of every row.
+        robot: Whose joints they are.
+    """
+    first = values[np.unique(codes, return_index=True)[1]][codes]
+    turns = np.round((values - first) / _TURN)
+    turns[:, [joint.prismatic for joint in robot.joints]] = 0.0
+    return np.asarray(values - _TURN * turns) if turns.any() else values
+
+
+def within_limits(found: Measurements, robot: Robot) -> Measurements:
+    """The same readings, where a joint that is shown a whole turn outside its limits is inside.
+
+    What is outside by less, or by more than a turn, stays as it is.
+    """
+    q = np.array(found.cases.q)
+    for j, joint in enumerate(robot.joints):
+        if not joint.prismatic:
+            lower, upper = joint.lower - _ROUNDING, joint.upper + _ROUNDING
+            turned = q[:, j] + _TURN * ((q[:, j] < lower) * 1.0 - (q[:, j] > upper) * 1.0)
+            inside = (turned >= lower) & (turned <= upper)
+            q[inside, j] = turned[inside]
+    if np.array_equal(q, found.cases.q):
+        return found
+    said = tuple(_said(found, q, robot))
+    cases = LoadCases(q, found.cases.wrench)
+    return replace(found, cases=cases, remarks=(*found.remarks, *said))
+
+
+def _said(found: Measurements, q: Array, robot: Robot) -> Iterator[str]:
+    for j, joint in enumerate(robot.joints):
+        moved = np.flatnonzero(q[:, j] != found.cases.q[:, j])
+        if len(moved):
+            names = [found.names[i] for i in moved]
+            shown, taken = (np.degrees(values[moved[0], j]) for values in (found.cases.q, q))
+            yield (
+                f"{experiments(names)}: {joint.name} is shown a whole turn outside its limits and "
+                f"taken as inside, {shown:.6g}° as {taken:.6g}°"
+            )
