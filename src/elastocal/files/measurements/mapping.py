@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, Field, ValidationError
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, ValidationError
 
 from elastocal.arrays import Array
 from elastocal.errors import InputError, MeasurementFileError
@@ -62,6 +62,22 @@ def _known_encoding(name: str) -> str:
     return name
 
 
+def _usual(value: float) -> float:
+    if not abs(value) < LARGEST:
+        raise ValueError(f"expected a number below {LARGEST:g}, found {value:g}")
+    return value
+
+
+_Constant = Annotated[
+    Annotated[Name, Tag("word")] | Annotated[Number, AfterValidator(_usual), Tag("number")],
+    Discriminator(lambda value: "word" if isinstance(value, str) else "number"),
+]
+_Constants = Annotated[
+    Annotated[_Constant, Tag("one")] | Annotated[list[_Constant], Tag("several")],
+    Discriminator(lambda value: "several" if isinstance(value, list) else "one"),
+]
+
+
 class MappingFile(Section):
     """A whole mapping file."""
 
@@ -73,7 +89,7 @@ class MappingFile(Section):
     header: Flag = True
     columns: dict[Name, _Column]
     markers: dict[Name, dict[Name, _Column]] = Field(default_factory=dict)
-    constants: dict[Name, Number | Name | list[Number | Name]] = Field(default_factory=dict)
+    constants: dict[Name, _Constants] = Field(default_factory=dict)
     words: dict[Name, dict[Name, Name]] = Field(default_factory=dict)
     frame: FrameFile | None = None
     joints: Literal["model", "controller"] = "model"
@@ -280,10 +296,8 @@ def _constants(document: Located, file: MappingFile, robot: Robot) -> Iterator[C
         assert scale is not None
         numbers = []
         for value in values:
-            if not isinstance(value, float) or not abs(value) < LARGEST:
-                raise MeasurementFileError(
-                    f"{where}: {name}: expected a number below {LARGEST:g}, found {value!r:.40}"
-                )
+            if not isinstance(value, float):
+                raise MeasurementFileError(f"{where}: {name}: expected a number, found {value!r}")
             numbers.append(scale * value)
         yield Constant(meaning, tuple(numbers), where)
 
