@@ -7,6 +7,7 @@ under test would not stop.
 
 from __future__ import annotations
 
+import os
 import signal
 from collections.abc import Iterator
 from itertools import combinations
@@ -21,6 +22,8 @@ from elastocal.study.study import Study
 
 settings.register_profile("same", derandomize=True, deadline=None)
 settings.load_profile("same")
+
+os.environ["ELASTOCAL_TRACEBACK"] = "1"  # a fault of ours says where it is
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from elastocal.wording.signature import kind_of, sealed, signature
+from elastocal.writing import kind_of, sealed, signature
 from tests.cli.test_commands import STUDY, run
 
 TRUTH = """\

@@ -1,19 +1,19 @@
-"""What every command shares: the application, error handling, options, safe output paths."""
+"""What every command shares: the application, options, safe output paths."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
-from functools import wraps
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from elastocal import __version__
-from elastocal.errors import ElastocalError, InputError
+from elastocal.cli.ending import Commands
+from elastocal.errors import InputError
 
 app = typer.Typer(
+    cls=Commands,
     help="Elastostatic calibration of robot arms: plan, identify, validate, compensate.",
     no_args_is_help=True,
     add_completion=False,
@@ -58,30 +58,6 @@ Workers = Annotated[
 Known = Annotated[
     Path | None, typer.Option(help="Model of further joints, which bend; instead of the study's.")
 ]
-
-
-def guarded(command: Callable[..., None]) -> Callable[..., None]:
-    """Turn our errors into one sentence and an exit code."""
-
-    @wraps(command)
-    def run(*args: Any, **kwargs: Any) -> None:
-        try:
-            command(*args, **kwargs)
-        except ElastocalError as error:
-            print(f"error: {error}", file=sys.stderr)
-            raise typer.Exit(error.exit_code) from None
-        except KeyboardInterrupt:
-            print("stopped; no file was changed", file=sys.stderr)
-            raise typer.Exit(130) from None
-        except BrokenPipeError:
-            sys.stderr.close()
-            raise typer.Exit(0) from None
-        except OSError as error:
-            about = f"{error.filename}: " if error.filename else ""
-            print(f"error: {about}{error.strerror or error}", file=sys.stderr)
-            raise typer.Exit(2) from None
-
-    return run
 
 
 def _version(wanted: bool) -> None:
@@ -140,7 +116,7 @@ def replaceable(path: Path, kind: str, *, force: bool, text: str = "") -> None:
         force: Whether to write over any file.
         text: What is to be written, where that is known: nothing is lost if it is there already.
     """
-    from elastocal.files.texts import SAME, kind_of_file
+    from elastocal.writing import SAME, kind_of_file
 
     if not force and path.exists() and kind_of_file(path, text) not in (kind, SAME):
         raise InputError(

@@ -16,7 +16,6 @@ from elastocal.cli.common import (
     StudyPath,
     Torque,
     app,
-    guarded,
     print_json,
     replaceable,
     writable,
@@ -30,7 +29,6 @@ if TYPE_CHECKING:
 
 
 @app.command("compensate")
-@guarded
 def compensate_command(
     study_file: StudyPath,
     model: Annotated[Path, typer.Argument(help="Compliances (JSON).", show_default=False)],

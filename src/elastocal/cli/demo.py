@@ -7,11 +7,10 @@ from typing import Annotated
 
 import typer
 
-from elastocal.cli.common import Overwrite, Seed, app, guarded
+from elastocal.cli.common import Overwrite, Seed, app
 
 
 @app.command("demo")
-@guarded
 def demo_command(
     folder: Annotated[Path, typer.Argument(help="Folder to write to.")] = Path("demo"),
     force: Overwrite = False,

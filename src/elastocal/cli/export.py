@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from elastocal.cli.common import Json, Overwrite, app, guarded, print_json
+from elastocal.cli.common import Json, Overwrite, app, print_json
 from elastocal.errors import InputError
 
 if TYPE_CHECKING:
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
 
 @app.command("export")
-@guarded
 def export_command(
     plan_file: Annotated[Path, typer.Argument(metavar="PLAN", help="Plan (JSON or CSV).")],
     to: Annotated[str, typer.Option(help="krl, rapid, fanuc, urscript, ros or csv.")],

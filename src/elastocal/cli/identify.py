@@ -16,7 +16,6 @@ from elastocal.cli.common import (
     Readings,
     StudyPath,
     app,
-    guarded,
     print_json,
     replaceable,
     writable,
@@ -26,7 +25,6 @@ from elastocal.identification.choices import LossName, Model, Sigma
 
 
 @app.command("identify")
-@guarded
 def identify_command(
     study_file: StudyPath,
     measurements: Readings,
@@ -102,7 +100,6 @@ def identify_command(
 
 
 @app.command("validate")
-@guarded
 def validate_command(
     study_file: StudyPath,
     model: Annotated[Path, typer.Argument(help="Model (JSON).", show_default=False)],

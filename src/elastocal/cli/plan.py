@@ -20,7 +20,6 @@ from elastocal.cli.common import (
     Torque,
     Workers,
     app,
-    guarded,
     print_json,
     replaceable,
     writable,
@@ -36,7 +35,6 @@ if TYPE_CHECKING:
 
 
 @app.command("plan")
-@guarded
 def plan_command(
     study_file: StudyPath,
     out: Annotated[
@@ -135,7 +133,6 @@ def _overridden(
 
 
 @app.command("evaluate")
-@guarded
 def evaluate_command(
     study_file: StudyPath,
     plans: Annotated[

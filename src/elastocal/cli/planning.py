@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from elastocal.cli.ending import undisturbed
 from elastocal.cores import several_cores, usable_cores
 from elastocal.files.plans.plan_file import write_plan, write_run_sheet
 from elastocal.planning.certificate import Bound, lower_bound
@@ -21,8 +22,9 @@ def planned(study: Study, out: Path, seed: int, workers: int | None = None) -> P
     """Plan a study, and write the plan and its run sheet beside it."""
     with several_cores(workers or usable_cores()), progress("planning") as tell:
         made = plan(study, seed=seed, progress=tell)
-    write_plan(made, out)
-    write_run_sheet(made, out.with_suffix(".csv"))
+    with undisturbed():
+        write_plan(made, out)
+        write_run_sheet(made, out.with_suffix(".csv"))
     return made
 
 

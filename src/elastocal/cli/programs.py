@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from elastocal.cli.common import replaceable, writable
+from elastocal.cli.ending import undisturbed
 from elastocal.errors import InputError
-from elastocal.files.texts import write_text
 from elastocal.programs.robot_program import RobotProgram
 from elastocal.programs.writers import Settings, export
+from elastocal.writing import write_text
 
 
 def write_program(
@@ -28,6 +29,7 @@ def write_program(
     for path in files:
         writable(path, *inputs)
         replaceable(path, "program", force=force)
-    for path, text in files.items():
-        write_text(path, text)
+    with undisturbed():
+        for path, text in files.items():
+            write_text(path, text)
     return list(files)

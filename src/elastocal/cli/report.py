@@ -15,7 +15,6 @@ from elastocal.cli.common import (
     Prior,
     Seed,
     app,
-    guarded,
     replaceable,
     writable,
 )
@@ -27,7 +26,6 @@ Measured = Annotated[
 
 
 @app.command("report")
-@guarded
 def report_command(
     plan_file: Annotated[Path, typer.Argument(metavar="PLAN", help="Plan (JSON).")],
     out: Annotated[Path, typer.Option("--out", "-o", help="Page to write.")] = Path("report.html"),

@@ -14,7 +14,6 @@ from elastocal.cli.common import (
     Seed,
     StudyPath,
     app,
-    guarded,
     print_json,
     replaceable,
     writable,
@@ -32,7 +31,6 @@ _FITS, _SIGMAS = " or ".join(get_args(Model)), " or ".join(get_args(Sigma))
 
 
 @app.command("simulate")
-@guarded
 def simulate_command(
     study_file: StudyPath,
     plans: Annotated[
@@ -165,8 +163,8 @@ def simulate_command(
 
 def _draw(result: MonteCarlo, picture: Path) -> None:
     """Write the histograms."""
-    from elastocal.files.texts import write_text
     from elastocal.report.sections.monte_carlo import campaigns_picture
+    from elastocal.writing import write_text
 
     write_text(picture, campaigns_picture(result))
 

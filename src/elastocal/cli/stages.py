@@ -27,7 +27,6 @@ from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InputError
 from elastocal.files.measurements.suspicious import kept_aside
 from elastocal.files.paths.path_file import read_path
-from elastocal.files.texts import write_text
 from elastocal.fitting.goodness import quantile
 from elastocal.identification.fit import Fit
 from elastocal.identification.result import Identification
@@ -41,6 +40,7 @@ from elastocal.simulation.monte_carlo import campaigns
 from elastocal.study.at_test_poses import AtTestPose, at_test_poses
 from elastocal.study.study import Study
 from elastocal.terminal.console import progress
+from elastocal.writing import write_text
 
 _RANDOM = 2000  # random plans to compare with
 

@@ -13,7 +13,6 @@ from elastocal.cli.common import (
     StudyPath,
     app,
     demo_file,
-    guarded,
     print_json,
     replaceable,
     writable,
@@ -27,13 +26,13 @@ if TYPE_CHECKING:
 
 
 @app.command("init")
-@guarded
 def init_command(
     path: Annotated[Path, typer.Argument(help="File to write.")] = Path("study.yaml"),
     force: Overwrite = False,
 ) -> None:
     """Write a commented study file to start from."""
-    from elastocal.files.texts import read_text, write_text
+    from elastocal.files.texts import read_text
+    from elastocal.writing import write_text
 
     text = read_text(demo_file("study.yaml"))
     writable(path)
@@ -43,7 +42,6 @@ def init_command(
 
 
 @app.command("check")
-@guarded
 def check_command(
     study_file: StudyPath,
     picture: Annotated[
@@ -149,7 +147,7 @@ def _show_measurements(data: Measurements, study: Study, as_json: bool) -> None:
 def _draw(study: Study, path: Path) -> None:
     """Write the picture of the robot, alone or as a page."""
     from elastocal.drawing.check_picture import check_page, check_picture
-    from elastocal.files.texts import write_text
+    from elastocal.writing import write_text
 
     drawn = check_page if path.suffix.lower() == ".html" else check_picture
     write_text(path, drawn(study))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from elastocal.cli.common import StudyPath, app, guarded
+from elastocal.cli.common import StudyPath, app
 
 if TYPE_CHECKING:
     from elastocal.study.study import Study
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
 
 @app.command("view")
-@guarded
 def view_command(
     study_file: StudyPath,
     plan: Annotated[

@@ -32,7 +32,7 @@ from elastocal.files.paths.corrected_file import write_corrected
 from elastocal.files.paths.path_file import read_path
 from elastocal.files.study.known import known_at
 from elastocal.files.study.study_file import parse_study, read_study
-from elastocal.files.texts import read_text, write_text
+from elastocal.files.texts import read_text
 from elastocal.identification.identify import identify
 from elastocal.identification.result import Identification
 from elastocal.identification.validation import Validation, validate
@@ -50,6 +50,7 @@ from elastocal.terminal.console import out as console
 from elastocal.terminal.identifications import show_identification, show_validation
 from elastocal.terminal.plans import show_plan
 from elastocal.terminal.stiffness import show_errors_left, show_stiffness
+from elastocal.writing import write_text
 
 GIVEN = ("study_path.yaml", "study_a1.yaml", "truth.json", "path.csv")
 MADE = {

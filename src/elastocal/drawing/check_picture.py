@@ -26,7 +26,7 @@ from elastocal.robot.posture import Posture, forward_kinematics
 from elastocal.study.study import Study
 from elastocal.study.test_path import TestPath
 from elastocal.wording.numbers import fixed, plain
-from elastocal.wording.signature import signature
+from elastocal.writing import signature
 
 _WIDTH, _HEIGHT, _TABLE, _GAP, _TOP = 620.0, 520.0, 250.0, 24.0, 76.0
 _MARGINS = (70.0, 60.0, 50.0)

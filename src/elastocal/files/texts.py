@@ -1,21 +1,17 @@
-"""Reading and writing files safely."""
+"""Files as text and as JSON documents, their hashes."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import math
-import os
-import tempfile
 from pathlib import Path
 from typing import Any
 
 from elastocal.errors import InputError
 from elastocal.reading import bytes_of
-from elastocal.wording.signature import kind_of, sealed
 
 _LARGEST = 64 * 1024 * 1024
-_LARGEST_OF_OURS = 1024 * 1024 * 1024
 
 
 def read_text(path: Path, *, largest: int = _LARGEST) -> str:
@@ -120,40 +116,3 @@ def finite(value: Any) -> Any:
     if isinstance(value, list):
         return [finite(entry) for entry in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-SAME = "the same"
-
-
-def kind_of_file(path: Path, text: str = "") -> str:
-    """What elastocal wrote a file as, such as 'run sheet'; `SAME` if it holds `text`; else empty.
-
-    A file that cannot be read, or was changed since, is not ours.
-    """
-    try:
-        found = read_text(path, largest=_LARGEST_OF_OURS)
-    except InputError:
-        return ""
-    return SAME if text and found == text else kind_of(found)
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a whole file or nothing, its signature sealed: to a file beside it, then rename.
-
-    Raises:
-        InputError: the place cannot be written to.
-    """
-    try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-        try:
-            with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
-                file.write(sealed(text))
-            umask = os.umask(0)
-            os.umask(umask)
-            os.chmod(name, 0o666 & ~umask)
-            os.replace(name, path)
-        except BaseException:
-            Path(name).unlink(missing_ok=True)
-            raise
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror})") from error

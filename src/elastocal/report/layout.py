@@ -9,7 +9,7 @@ from importlib.resources import files
 from markupsafe import Markup
 
 from elastocal.drawing.palette import COLOURS
-from elastocal.wording.signature import signature
+from elastocal.writing import signature
 
 WIDE, NARROW = 860.0, 350.0
 

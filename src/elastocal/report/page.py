@@ -25,7 +25,7 @@ from elastocal.report.sections.stiffness import stiffness_chapter
 from elastocal.report.sections.validation import validation_chapter
 from elastocal.wording import worded
 from elastocal.wording.numbers import words
-from elastocal.wording.signature import signature
+from elastocal.writing import signature
 
 _CHAPTERS = (
     identification_chapter,

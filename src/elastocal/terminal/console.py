@@ -3,21 +3,46 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from typing import IO, Any
 
 import numpy as np
-from rich.console import Console
+from rich.console import Console, ConsoleOptions, RenderableType
 from rich.measure import Measurement
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.segment import Segment
 from rich.table import Table
 
 from elastocal.arrays import Array
 from elastocal.planning.certificate import Progress as Tell
+from elastocal.terminal.plain import visible
 from elastocal.wording.numbers import shown_unit
 
-out = Console(highlight=False, soft_wrap=False)
-err = Console(stderr=True, highlight=False)
+
+class _SafeConsole(Console):
+    """Steers the terminal itself, and lets no text of others do it."""
+
+    @property
+    def file(self) -> IO[str]:
+        """The stream that takes what rich writes as it is."""
+        file: Any = super().file
+        return getattr(file, "rich_proxied_file", file)
+
+    @file.setter
+    def file(self, file: IO[str]) -> None:
+        self._file = file
+
+    def render(
+        self, renderable: RenderableType, options: ConsoleOptions | None = None
+    ) -> Iterable[Segment]:
+        """What rich makes of it, with texts as they are safe to show."""
+        for part in super().render(renderable, options):
+            yield part if part.control else part._replace(text=visible(part.text))
+
+
+out = _SafeConsole(highlight=False, soft_wrap=False)
+err = _SafeConsole(stderr=True, highlight=False)
 
 
 @contextmanager
@@ -38,7 +63,7 @@ def whole(table: Table) -> None:
     room = out.options.update(width=1000, max_width=1000)
     width = max(out.width, Measurement.get(out, room, table).maximum)
     # A console never prints wider than itself, whatever it is told.
-    wide = Console(file=out.file, width=width, highlight=False)
+    wide = _SafeConsole(file=out.file, width=width, highlight=False)
     wide.print(table, crop=False, no_wrap=True, overflow="ignore", soft_wrap=True)
 
 

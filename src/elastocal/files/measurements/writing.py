@@ -18,10 +18,9 @@ from elastocal.files.measurements.columns import (
     Triple,
 )
 from elastocal.files.measurements.uncertainty import six_of
-from elastocal.files.texts import write_text
 from elastocal.measuring.measurements import Measurements
 from elastocal.robot.chain import Robot
-from elastocal.wording.signature import signature
+from elastocal.writing import signature, write_text
 
 
 def write_measurements(measurements: Measurements, robot: Robot, path: str | Path) -> None:

@@ -11,8 +11,9 @@ import numpy as np
 from elastocal import __version__
 from elastocal.arrays import Array
 from elastocal.elastic.springs import VirtualJoints
-from elastocal.files.texts import finite, write_text
+from elastocal.files.texts import finite
 from elastocal.simulation.campaigns import Campaigns, MonteCarlo, RandomCampaigns
+from elastocal.writing import write_text
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 

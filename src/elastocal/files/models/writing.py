@@ -12,9 +12,10 @@ import numpy as np
 from elastocal import __version__
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.springs import VirtualJoints
-from elastocal.files.texts import finite, write_text
+from elastocal.files.texts import finite
 from elastocal.robot.chain import Robot, T_body_joint
 from elastocal.robot.geometry_hash import geometry_hash
+from elastocal.writing import write_text
 
 
 def write_model(

@@ -14,10 +14,9 @@ from elastocal.compensation.compensate import Compensation
 from elastocal.files.doubt_entries import doubt_entries
 from elastocal.files.paths.orientation_columns import FORMS, Form
 from elastocal.files.paths.path_file import CORRECTED, ToolPath
-from elastocal.files.texts import write_text
 from elastocal.robot.chain import Robot
 from elastocal.wording import together, worded
-from elastocal.wording.signature import signature
+from elastocal.writing import signature, write_text
 
 _WRENCH = ("Fx [N]", "Fy [N]", "Fz [N]", "Tx [N.m]", "Ty [N.m]", "Tz [N.m]")
 

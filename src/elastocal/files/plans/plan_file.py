@@ -29,7 +29,7 @@ from elastocal.files.plans.proposal_file import (
 from elastocal.files.plans.via_points import VIA, via_document
 from elastocal.files.study.embedded_study import study_in
 from elastocal.files.tables.csv_table import is_table
-from elastocal.files.texts import finite, read_text, text_hash, write_text
+from elastocal.files.texts import finite, read_text, text_hash
 from elastocal.planning.assessment import Assessment, assess
 from elastocal.planning.certificate import (
     Certificate,
@@ -44,7 +44,7 @@ from elastocal.robot.joint_kinds import KINDS
 from elastocal.study.criteria import CRITERIA
 from elastocal.study.study import Study
 from elastocal.wording import worded
-from elastocal.wording.signature import signature
+from elastocal.writing import signature, write_text
 
 
 def study_hash(study: Study) -> str:

@@ -7,7 +7,7 @@ import textwrap
 from elastocal.programs.robot_program import RobotProgram
 from elastocal.programs.writers.names import ascii_text
 from elastocal.programs.writers.settings import Settings
-from elastocal.wording.signature import signature
+from elastocal.writing import signature
 
 SAFETY = "SAFETY: check this program at low speed in manual mode first."
 UNWATCHED = "Motions between the points are not checked for collisions by this file."
