@@ -48,7 +48,7 @@ CASES: dict[str, tuple[str, str, list[str], int]] = {
     "unknown unit": ("mesh_unit: mm", "mesh_unit: cm", ["line 19", "'mm', 'm' or 'inch'"], 2),
     "mesh elsewhere": ("cage.stl", "../cage.stl", ["line 19", "outside the folder"], 2),
     "mesh at the root": ("cage.stl", "/etc/passwd", ["line 19", "outside the folder"], 2),
-    "mesh that is not there": ("cage.stl", "coop.stl", ["line 19", "no such mesh file"], 2),
+    "mesh that is not there": ("cage.stl", "coop.stl", ["line 19", "coop.stl: no such"], 2),
     "mesh format": ("cage.stl", "cage.step", ["line 19", "'.step'", ".stl, .obj, .ply"], 2),
     "mesh in metres": ("mesh_unit: mm", "mesh_unit: m", ["line 19", "in millimetres"], 2),
     "negative margin": ("margin_mm: 20", "margin_mm: -1", ["line 20", "not be negative"], 2),

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from elastocal.errors import InputError
 from elastocal.robot import sources as robots
-from elastocal.robot.chain import Joint, Robot, Tool, transform
+from elastocal.robot.chain import Joint, Robot, Tool, outside, transform
 from elastocal.robot.posture import forward_kinematics, jacobian
 from elastocal.robot.sources import DHRow, from_dh, kuka_kr270, three_link
 from tests.arms import Oracle, random_chain, random_transform
@@ -227,3 +227,15 @@ def test_every_built_in_robot_loads_under_its_own_name(name: str) -> None:
     assert robot.name == name
     assert np.all(robot.lower < robot.upper)
     assert robot.tools
+
+
+def test_a_value_outside_says_which_one_is_inside() -> None:
+    shoulder = Joint("J2", np.eye(4), np.array([0.0, 0.0, 1.0]), False, *np.radians([47.0, 313.0]))
+    said = "J2 at 0°, outside its limits 47 to 313°, whose middle is 180°"
+    assert outside(shoulder, 0.0) == said
+    assert outside(shoulder, np.radians(-90)).endswith("; the same place is at 270°")
+    assert outside(shoulder, np.radians(180)) == ""
+    rail = Joint("E1", np.eye(4), np.array([0.0, 0.0, 1.0]), True, 0.1, 0.5)
+    assert (
+        outside(rail, 0.0) == "E1 at 0 mm, outside its limits 100 to 500 mm, whose middle is 300 mm"
+    )

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from elastocal.errors import InputError
 from elastocal.robot.chain import Joint, Robot, transform
-from elastocal.robot.controller_axes import Coupling, coupling, uncoupled
+from elastocal.robot.controller_axes import Coupling, coupling, shown_values, uncoupled
 from elastocal.robot.posture import forward_kinematics
 from elastocal.robot.sources import kuka_kr270, three_link
 
@@ -103,3 +103,23 @@ def test_a_preset_says_when_it_does_not_fit() -> None:
 def test_a_coupling_has_the_shape_of_its_joints() -> None:
     with pytest.raises(InputError, match="2 joints needs a 2x2 matrix and 2 offsets, found 3x3"):
         Coupling(("A", "B"), np.eye(3), np.zeros(2))
+
+
+def test_what_the_controller_shows_is_said_in_values_of_the_model() -> None:
+    assert shown_values(ROBOT, uncoupled(ROBOT)) == {}
+    fanuc = shown_values(arm(1.0), coupling(arm(1.0), preset="fanuc"))
+    assert fanuc == {"J3": "-J3 - J2"}
+    assert shown_values(arm(-1.0), coupling(arm(-1.0), preset="fanuc")) == {"J3": "J3 - J2"}
+    table = coupling(
+        ROBOT,
+        signs={"A1": -1, "A5": -1},
+        offsets={"A2": np.radians(90), "A5": -0.5 * np.pi},
+        couple={"A3": {"A2": 0.5}, "A6": {"A5": 1.0, "A4": 1.0}},
+    )
+    assert shown_values(ROBOT, table) == {
+        "A1": "-A1",
+        "A2": "A2 + 90°",
+        "A3": "A3 + 0.5 · A2 + 45°",
+        "A5": "-A5 - 90°",
+        "A6": "A6 + A4 - A5 - 90°",
+    }

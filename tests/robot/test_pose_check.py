@@ -156,3 +156,20 @@ def test_a_slide_that_counts_the_other_way_is_named(joint: str) -> None:
     wrong = Posture(robot, np.where(np.array(robot.joint_names) == joint, -q, q)).point(POINT).T
     np.testing.assert_allclose(found.deviations, wrong - places, atol=1e-14)
     assert found.largest == pytest.approx(np.linalg.norm(wrong - places, axis=1).max())
+
+
+def test_what_is_told_is_not_called_untold() -> None:
+    """The wrist reversed, seen by a TCP off its axis: found, so not said to be beyond telling."""
+    found = checked(coupling(ROBOT, signs={"A6": -1}))
+    assert found.explanations == ((Doubt("counts-other-way", ("A6",), (), {"sign": -1}),),)
+    assert found.untold == ()
+    on_axis = np.array([0.3, 0.0, 0.0])
+    at_flange = [replace(p, point=on_axis) for p in poses(uncoupled(ROBOT))]
+    places = Posture(ROBOT, Q).point(on_axis).T
+    at_flange = [replace(p, position=x) for p, x in zip(at_flange, places, strict=True)]
+    fitting = check_known_poses(ROBOT, uncoupled(ROBOT), at_flange)
+    assert fitting.fits
+    assert fitting.untold == ("A6",)
+    wrong = check_known_poses(ROBOT, coupling(ROBOT, signs={"A1": -1}), at_flange)
+    assert wrong.explanations == ((Doubt("counts-other-way", ("A1",), (), {"sign": 1}),),)
+    assert wrong.untold == ("A6",)

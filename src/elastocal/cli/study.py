@@ -66,6 +66,7 @@ def check_command(
     from elastocal.files.doubt_entries import doubt_entries
     from elastocal.files.study.study_file import read_study
     from elastocal.planning.study_check import check
+    from elastocal.robot.controller_axes import shown_values
     from elastocal.wording import worded
 
     if picture is not None:
@@ -85,6 +86,7 @@ def check_command(
                 "feasible_share": checkup.feasible_share,
                 "seen_share": dict(checkup.seen),
                 "bottleneck": checkup.bottleneck,
+                "controller_shows": shown_values(study.robot, study.coupling),
                 "remarks": [*study.robot.remarks, *map(worded, checkup.doubts)],
                 "doubts": doubt_entries(checkup.doubts),
                 "check_poses": _pose_deviations(study, checkup),

@@ -11,7 +11,7 @@ import numpy as np
 
 from elastocal.arrays import Array, freeze, unset
 from elastocal.errors import InputError
-from elastocal.robot.chain import Robot
+from elastocal.robot.chain import Robot, outside
 
 SPEED = float(np.radians(10.0))
 """Largest speed of a turning joint if nothing is said [rad/s]: careful, with a weight on."""
@@ -71,9 +71,6 @@ def for_robot(pace: Pace, robot: Robot, limits: Array) -> Pace:
                 f"motion: the speed of joint {joint.name!r} must be positive, found "
                 f"{scale * v:.6g}{unit}/s"
             )
-        if not joint.lower - 1e-9 <= value <= joint.upper + 1e-9:
-            raise InputError(
-                f"motion: home has {joint.name} at {scale * value:.6g}{unit}, outside its limits "
-                f"{scale * joint.lower:.6g} to {scale * joint.upper:.6g}{unit}"
-            )
+        if wrong := outside(joint, value):
+            raise InputError(f"motion: home has {wrong}")
     return replace(pace, speed=speed, home=home)

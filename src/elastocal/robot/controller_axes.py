@@ -68,6 +68,29 @@ class Coupling:
         return np.asarray(np.linalg.solve(self.matrix, from_zero.T).T, dtype=np.float64)
 
 
+def shown_values(robot: Robot, table: Coupling) -> dict[str, str]:
+    """What the controller shows for the joints for which it shows something else than the model.
+
+    {"J3": "-J3 - J2 + 90°"}, where names stand for the joint values of the model.
+    """
+    found = {}
+    for i, joint in enumerate(robot.joints):
+        row, offset = table.matrix[i], float(table.offset[i])
+        if np.array_equal(row, np.eye(len(row))[i]) and not offset:
+            continue
+        order = sorted(np.flatnonzero(row).tolist(), key=lambda j: j != i)
+        terms = [(float(row[j]), _times(abs(float(row[j])), table.joint_names[j])) for j in order]
+        if offset:
+            terms.append((offset, described(abs(offset), joint.kind.unit)))
+        first, *rest = (("- " if factor < 0.0 else "+ ") + term for factor, term in terms)
+        found[joint.name] = " ".join([first.removeprefix("+ ").replace("- ", "-", 1), *rest])
+    return found
+
+
+def _times(size: float, name: str) -> str:
+    return name if size == 1.0 else f"{size:.6g} · {name}"
+
+
 def uncoupled(robot: Robot) -> Coupling:
     """The controller that shows what the model has."""
     n = len(robot.joints)

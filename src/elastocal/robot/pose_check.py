@@ -58,7 +58,8 @@ class PoseCheck:
         explanations: Mistakes that explain the deviations, the likeliest first, each alone or two
             made together; empty if it fits.
         left_over: Largest deviation after the first explanation [m].
-        untold: Joints whose sign these poses do not tell.
+        untold: Joints whose sign these poses do not tell: with the other one the model is at the
+            same places.
     """
 
     deviations: Array
@@ -92,18 +93,20 @@ def check_known_poses(robot: Robot, table: Coupling, poses: Sequence[KnownPose])
     shown = np.array([pose.shown for pose in poses])
     deviations = _deviations(robot, table.to_model(shown), poses)
     largest = _largest(deviations)
-    untold = tuple(
+    parts = _Parts.of(table)
+    same = [
         name
         for i, name in enumerate(robot.joint_names)
-        if _largest(_deviations(robot, _Parts.of(table).turned(i).to_model(shown), poses))
-        <= max(FITS, largest)
-    )
+        if _largest(_deviations(robot, parts.turned(i).to_model(shown), poses) - deviations) <= FITS
+    ]
     if largest <= FITS:
-        return PoseCheck(frozen(deviations), (), largest, untold)
+        return PoseCheck(frozen(deviations), (), largest, tuple(same))
     found = sorted(_attempts(robot, table, poses, shown), key=lambda attempt: attempt[0])
     best = found[0][0]
     near = [mistakes for off, mistakes in found if off <= max(FITS, 1.001 * best)]
     explanations = tuple(near[:3]) if best <= FITS else ()
+    told = {name for mistakes in explanations for mistake in mistakes for name in mistake.about}
+    untold = tuple(name for name in same if name not in told)
     return PoseCheck(frozen(deviations), explanations, best, untold)
 
 

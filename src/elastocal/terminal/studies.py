@@ -12,6 +12,7 @@ from elastocal.arrays import Array
 from elastocal.elastic.allowed_loads import FixedVector, InPlane, Load
 from elastocal.measuring.instrument import Instrument, tracker_of
 from elastocal.planning.study_check import Checkup
+from elastocal.robot.controller_axes import shown_values
 from elastocal.study.known import Known
 from elastocal.study.study import Study, TestPose
 from elastocal.study.test_path import TestPath
@@ -36,6 +37,9 @@ def show_check(study: Study, found: Checkup) -> None:
         role = _role(study, joint.name)
         table.add_row(Text(joint.name), joint.kind.moves, room, role)
     out.print(table)
+    if shows := shown_values(robot, study.coupling):
+        rows = ", ".join(f"{name} as {value}" for name, value in shows.items())
+        out.print(Text(f"The controller shows {rows}, in joint values of the model; others as is"))
     points = ", ".join(
         f"{name} {numbers(1e3 * point)} mm"
         for name, point in zip(e.tool.marker_names, e.tool.markers, strict=True)

@@ -9,10 +9,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from elastocal.arrays import Array
 from elastocal.errors import InputError
-from elastocal.robot.chain import Robot
+from elastocal.robot.chain import Robot, T_body_joint
 from elastocal.robot.posture import Posture, forward_kinematics
-from elastocal.robot.sources import from_urdf
+from elastocal.robot.sources import from_urdf, urdf
 from elastocal.robot.sources.mesh_files import MeshFiles
 from elastocal.robot.sources.urdf import LARGEST, parse_urdf
 
@@ -237,6 +238,35 @@ def test_limits_from_outside_replace_those_of_the_file() -> None:
         read(GOOD, limits={"J7": (0, 1)})  # type: ignore[arg-type]
 
 
+def test_a_slide_without_end_may_be_left_behind() -> None:
+    with pytest.raises(InputError, match="limits_mm beside it, or choose a 'base' behind it, such"):
+        read(edited(J2_LIMIT, '<limit lower="-999999" upper="999999"/>'))
+
+
+SOFT = '<safety_controller k_velocity="1" soft_lower_limit="{}" soft_upper_limit="{}"/>'
+
+
+def test_limits_that_a_controller_keeps_within_the_others_are_said() -> None:
+    text = edited(J1_LIMIT, J1_LIMIT + SOFT.format("-1.5", "1.57079632679"))
+    text = text.replace(J2_LIMIT, J2_LIMIT + SOFT.format("0.01", "0.2"))
+    robot = read(text)
+    assert robot.upper == pytest.approx([2, 0.2])
+    assert robot.remarks[0].startswith(
+        "its safety_controller keeps J1 -85.9437 to 90°, J2 10 to 200 mm; planned with are the "
+    )
+    limited = read(text, limits={"J1": (-1.0, 0.5)})  # type: ignore[arg-type]
+    assert limited.remarks[0].startswith("its safety_controller keeps J2 10 to 200 mm;")
+
+
+@pytest.mark.parametrize(
+    "soft", [SOFT.format("-2", "2"), SOFT.format("0", "0"), SOFT.format(1, -1)]
+)
+def test_soft_limits_that_keep_nothing_back_are_not_said(soft: str) -> None:
+    assert not any("safety" in said for said in read(edited(J1_LIMIT, J1_LIMIT + soft)).remarks)
+    bare = '<safety_controller k_velocity="1"/>'
+    assert read(edited(J1_LIMIT, J1_LIMIT + bare)).remarks == read(GOOD).remarks
+
+
 def test_joints_without_end_have_no_limits() -> None:
     text = edited('type="revolute"', 'type="continuous"').replace(J1_LIMIT, "")
     assert np.isinf(read(text).joints[0].lower)
@@ -340,6 +370,41 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
         file.truncate(LARGEST + 1)
     with pytest.raises(InputError, match="more than the 10485760 that are read"):
         from_urdf(huge)
+
+
+@pytest.mark.parametrize("form", ["wide", "deep"])
+@pytest.mark.parametrize("kind", ["fixed", "continuous"])
+def test_many_links_are_placed_by_their_bodies(
+    form: str, kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What is computed once for a body is not computed for each of its links."""
+    count, calls = 2000, []
+    above = ["lower", *(f"x{i}" for i in range(count))] if form == "deep" else ["lower"] * count
+    more = "".join(
+        f'<link name="x{i}"><inertial><mass value="1"/></inertial></link><joint name="f{i}" '
+        f'type="{kind}"><parent link="{above[i]}"/><child link="x{i}"/></joint>'
+        for i in range(count)
+    )
+
+    def counted(robot: Robot, body: int) -> Array:
+        calls.append(body)
+        return T_body_joint(robot, body)
+
+    monkeypatch.setattr(urdf, "T_body_joint", counted)
+    robot = read(edited(END, END + more), tip="tip")
+    assert len(robot.masses) == count + 1
+    assert calls == list(range(robot.bodies))
+
+
+def test_more_joints_than_are_treated_are_refused() -> None:
+    links = "".join(f'<link name="x{i}"/>' for i in range(1002))
+    rows = "".join(
+        f'<joint name="f{i}" type="continuous"><parent link="x{i}"/>'
+        f'<child link="x{i + 1}"/></joint>'
+        for i in range(1001)
+    )
+    with pytest.raises(InputError, match="1001 joints that move, more than the 1000"):
+        read(f'<robot name="r">{links}{rows}</robot>')
 
 
 def test_a_long_row_of_digits_is_refused_at_once() -> None:

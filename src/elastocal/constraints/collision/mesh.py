@@ -38,9 +38,15 @@ def hulls(shape: Shape) -> list[Array]:
             has.
     """
     if shape.mesh is None:
+        package = shape.source.removeprefix("package://").partition("/")[0]
+        mend = (
+            f"name the folder of its package beside 'urdf': packages: {{{package}: folder}}"
+            if shape.source.startswith("package://")
+            else "put it where the robot file says"
+        )
         raise InputError(
             f"the mesh {shape.source or shape.name!r} of {shape.name!r} was not found; collision "
-            "needs it"
+            f"needs it: {mend}"
         )
     return list(_hulls(shape.mesh, tuple(float(factor) for factor in shape.size)))
 

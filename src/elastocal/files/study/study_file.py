@@ -36,7 +36,7 @@ from elastocal.files.study.view import view_of
 from elastocal.files.texts import is_version, read_text
 from elastocal.files.values import FileName, Name, Section, Vector
 from elastocal.files.yaml_lines import Located, LocatedError, at, parse
-from elastocal.robot.chain import Robot
+from elastocal.robot.chain import Robot, outside
 from elastocal.robot.pose_check import refuse_too_few
 from elastocal.study.criteria import CRITERIA
 from elastocal.study.known import Known
@@ -236,14 +236,8 @@ def _check_limits(robot: Robot, poses: list[TestPose | TestPath]) -> None:
     for i, pose in enumerate(poses):
         q = () if pose.case is None else zip(robot.joints, pose.case.q[0], strict=True)
         for joint, value in q:
-            if not joint.lower - 1e-9 <= value <= joint.upper + 1e-9:
-                scale, unit = joint.kind.shown
-                raise LocatedError(
-                    ("test_poses", i),
-                    f"test pose {pose.name!r} has {joint.name} at {scale * value:.6g}{unit}, "
-                    f"outside its limits {scale * joint.lower:.6g} to "
-                    f"{scale * joint.upper:.6g}{unit}",
-                )
+            if wrong := outside(joint, value):
+                raise LocatedError(("test_poses", i), f"test pose {pose.name!r} has {wrong}")
 
 
 def _check_involved(

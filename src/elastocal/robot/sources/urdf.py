@@ -7,7 +7,7 @@ fixed joints folded, masses and shapes of everything that hangs on them. Meshes 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -30,6 +30,7 @@ LARGEST = 10 * 1024 * 1024  # bytes of a robot file; meshes are in files of thei
 _LONGEST_REACH = 50.0  # [m]
 _DEGREES, _ENDLESS = 8.0 * np.pi, 200.0 * np.pi  # limits [rad] beyond which they are doubted
 
+_SAME = 1e-6  # limits nearer than this are the same [rad or m]
 _STILL = Following("", 0.0, 0.0)
 
 Limits = Mapping[str, tuple[float, float]]
@@ -163,6 +164,7 @@ def _robot(
             f"{urdf.where}: the chain is {reach:.6g} m long; URDF is in metres, were millimetres "
             "meant?"
         )
+    remarks += _softer(urdf, joints, limits)
     remarks += _beside(urdf, following, own, moves, base, tip)
     return Robot(urdf.name, tuple(joints), T, followers=tuple(followers)), place
 
@@ -178,6 +180,24 @@ def _moved(joint: UrdfJoint, value: float, remarks: list[str]) -> Array:
     return transform(from_rotation_vectors(way[None])[0])
 
 
+def _softer(urdf: Urdf, joints: Sequence[Joint], limits: Limits) -> Iterator[str]:
+    """What is said of limits that the controller keeps within those of the file."""
+    soft = {joint.name: joint.soft for joint in urdf.joints if joint.soft is not None}
+    found = []
+    for joint in joints:
+        low, high = soft.get(joint.name, (0.0, 0.0))
+        narrower = low > joint.lower + _SAME or high < joint.upper - _SAME
+        if joint.name not in limits and low < high and narrower:
+            scale, unit = joint.kind.scale, joint.kind.suffix
+            found.append(f"{joint.name} {scale * low:.6g} to {scale * high:.6g}{unit}")
+    if found:
+        yield (
+            f"its safety_controller keeps {first_few(found)}; planned with are the wider limits of "
+            "<limit>, at whose ends such a controller slows down or stops: give limits_deg or "
+            "limits_mm to stay within"
+        )
+
+
 def _beside(
     urdf: Urdf,
     following: Mapping[str, Following],
@@ -187,10 +207,9 @@ def _beside(
     tip: str,
 ) -> Iterator[str]:
     """What is said of joints that do not move on their own."""
+    used = own | moves
     still = [
-        joint.name
-        for joint in urdf.joints
-        if joint.type != "fixed" and joint.name not in own | moves
+        joint.name for joint in urdf.joints if joint.type != "fixed" and joint.name not in used
     ]
     idle = [name for name in still if not following.get(name, _STILL).offset]
     if idle:
@@ -199,7 +218,7 @@ def _beside(
     held = [
         f"{name} at {described(following[name].offset, kinds[name].unit)}"
         for name in still
-        if name not in idle
+        if following.get(name, _STILL).offset
     ]
     if held:
         yield f"{first_few(held)}: held there, as what they follow is held at zero (mimic)"
@@ -257,7 +276,7 @@ def _limits(joint: UrdfJoint, limits: Limits, remarks: list[str]) -> tuple[float
         if largest > _LONGEST_REACH:
             raise InputError(
                 f"{at} slides from {lower:g} to {upper:g} m; URDF is in metres, were millimetres "
-                f"meant? Otherwise {mend}"
+                f"meant? Otherwise {mend}, or choose a 'base' behind it, such as {joint.child!r}"
             )
         return lower, upper
     if largest > _ENDLESS and lower < 0.0 < upper:

@@ -69,6 +69,7 @@ class UrdfJoint:
         axis: (3,) as written.
         lower: Lower limit [rad or m], None if not given.
         upper: Upper limit, likewise.
+        soft: (lower, upper) of its safety controller [rad or m], None if not given.
         follows: Joint that it mimics, and how.
         at: "arm.urdf, line 12: joint 'J2'", for the beginning of a message.
     """
@@ -81,6 +82,7 @@ class UrdfJoint:
     axis: Array
     lower: float | None
     upper: float | None
+    soft: tuple[float, float] | None
     follows: Follows
     at: str
 
@@ -176,6 +178,12 @@ def _read_joints(urdf: Urdf, root: Node, links: set[str]) -> None:
         for inner in node.all("limit")[:1] if kind in _LIMITED else ():
             given = _given(inner, ("lower", "upper"), 1)
             limits = {key: float(value[0]) for key, value in given.items()}
+        soft = None
+        for inner in node.all("safety_controller")[:1] if kind in _LIMITED else ():
+            keys = ("soft_lower_limit", "soft_upper_limit")
+            given = _given(inner, keys, 1)
+            if given:
+                soft = (float(given.get(keys[0], [0.0])[0]), float(given.get(keys[1], [0.0])[0]))
         for inner in node.all("mimic")[:1] if kind in _ALONG_AN_AXIS else ():
             given = _given(inner, ("multiplier", "offset"), 1)
             numbers = {key: float(value[0]) for key, value in given.items()}
@@ -184,7 +192,7 @@ def _read_joints(urdf: Urdf, root: Node, links: set[str]) -> None:
         at = f"{node.place}: joint {name!r}"
         lower, upper = limits.get("lower"), limits.get("upper")
         urdf.joints.append(
-            UrdfJoint(name, kind, parent, child, pose, axis, lower, upper, follows, at)
+            UrdfJoint(name, kind, parent, child, pose, axis, lower, upper, soft, follows, at)
         )
 
 
