@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from elastocal.arrays import Array
+from elastocal.arrays import Array, BoolArray
 
 Rows = Callable[[Array], tuple[Array, Array]]
 """x (N, d) -> rows (N, p) and their derivatives (N, p, d)."""
@@ -24,6 +24,9 @@ class Regression:
 
     def sample(self, count: int, rng: np.random.Generator) -> Array:
         return rng.uniform(self.lower, self.upper, (count, len(self.lower)))
+
+    def feasible(self, x: Array) -> BoolArray:
+        return np.asarray((self.evaluate(x).margins >= 0.0).all(axis=1))
 
     def evaluate(self, x: Array) -> RegressionEvaluation:
         return RegressionEvaluation(*self.rows(x))

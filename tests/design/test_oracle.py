@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from elastocal.arrays import Array
+from elastocal.arrays import Array, BoolArray
 from elastocal.design import dual_bound as bound_file
 from elastocal.design.dual_bound import dual_bound
 from elastocal.design.matrix_means import MatrixMean
@@ -35,6 +35,9 @@ class Polygon:
     def sample(self, count: int, rng: np.random.Generator) -> Array:
         x = rng.uniform(self.lower, self.upper, (20 * count, 2))
         return x[(self.evaluate(x).margins >= 0.0).all(axis=1)][:count]
+
+    def feasible(self, x: Array) -> BoolArray:
+        return np.asarray((self.evaluate(x).margins >= 0.0).all(axis=1))
 
     def evaluate(self, x: Array) -> PolygonEvaluation:
         return PolygonEvaluation(self, x)

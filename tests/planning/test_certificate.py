@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from elastocal.planning import certificate as certificate_file
 from elastocal.planning.assessment import assess
 from elastocal.planning.certificate import Bound, certificate, confirmed, lower_bound
 from elastocal.planning.trade_off import random_plans
@@ -87,9 +88,28 @@ def test_a_bound_that_climbs_refute_is_computed_anew(sound: tuple[Study, Bound])
     assert low.loss(5) > 1.2 * bound.loss(5)
     assert mended.loss(5) == pytest.approx(bound.loss(5), rel=2e-5)
     assert confirmed(study, bound, x, np.random.default_rng(2)) is bound
-    nearly = replace(dual, largest=dual.largest * (1.0 - 1e-6))
-    close = replace(bound, design=replace(bound.design, certificate=nearly))
-    assert confirmed(study, close, x, np.random.default_rng(2)) is close
+
+
+def test_no_plan_is_better_than_its_bound(
+    sound: tuple[Study, Bound], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A bound too low by less than a search can tell, or again and again, is raised."""
+    study, bound = sound
+    assert bound.design is not None
+    dual = bound.design.certificate
+    count = 1000
+    repeats = np.maximum(np.round(count * bound.design.weights), 1).astype(int)
+    worth = assess(study, study.space.load_cases(bound.design.x), repeats)
+    for share in (1e-6, 0.1):
+        low = replace(dual, largest=dual.largest * (1.0 - share))
+        false = replace(bound, design=replace(bound.design, certificate=low))
+        monkeypatch.setattr(certificate_file, "lower_bound", lambda *_, bound=false, **__: bound)
+        raised = confirmed(study, false, bound.design.x, np.random.default_rng(2))
+        assert raised.design is not None
+        assert raised.design.certificate.largest == pytest.approx(dual.largest, rel=1e-5)
+        found = certificate(study, raised, worth, int(repeats.sum()))
+        assert 0.99 < found.efficiency <= 1.0
+        assert found.lower_bound <= worth.rho0 * (1.0 + 1e-12)
 
 
 def test_a_certificate_says_what_the_bound_rests_on(sound: tuple[Study, Bound]) -> None:

@@ -64,6 +64,7 @@ def make_plan(robot: Robot, tool: Tool, q: np.ndarray, force: tuple[float, ...],
         np.full(len(q), 1.0 / len(q)),
         LoadCases(q[:1], cases.wrench[:1]),
         1.00002,
+        rarest=9,
     )
     return Plan(cases, repeats, assessment, certificate, "test-pose", 5, study)
 

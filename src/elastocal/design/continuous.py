@@ -16,6 +16,7 @@ from elastocal.arrays import Array, IntArray
 from elastocal.design.approximate import Weights, optimal_weights
 from elastocal.design.criterion import InformationFunction
 from elastocal.design.dual_bound import DualBound, dual_bound
+from elastocal.design.narrow_parts import narrow_parts
 from elastocal.design.oracle import climb, square_root
 from elastocal.design.space import DesignSpace, information
 from elastocal.matrices import NEARLY_SINGULAR, rank_of
@@ -49,6 +50,8 @@ class ContinuousDesign:
 TOLERANCE = 5e-6
 """Relative gap between value and bound at which the search stops."""
 _SPREAD = 20  # random points that make a design, to see which members of a criterion decide there
+_ALIKE = 0.03  # relative distance of information matrices that are taken for one
+_WEIGHTY = 0.01  # weight from which on a point counts in what the starts of a bound should find
 _CANDIDATES = 2000  # random feasible points to begin with
 _STARTS = 30  # ascents per round
 _ROUNDS = 60  # most rounds; the gap is what it is after that
@@ -96,6 +99,7 @@ def continuous_design(
     x, weights = pool[chosen.support], chosen.weights
     informations = pool_informations[chosen.support]
     smooth = criterion.smooth
+    narrow = narrow_parts(space, rng.spawn(1)[0])
     bound: DualBound | None = None
     gaps: list[float] = []
     for count in range(_ROUNDS):
@@ -109,7 +113,18 @@ def continuous_design(
         stages = ((_ITERATIONS[min(count, 3)], len(begin)),)
         found, s, _ = climb(space, begin, gradient, stages)
         if s.max() <= level * (1.0 + TOLERANCE):
-            bound = dual_bound(space, smooth, total, base, found, rng)
+            points, sums = taken_together(informations, weights)
+            bound = dual_bound(
+                space,
+                smooth,
+                total,
+                base,
+                found,
+                rng,
+                support=x[points[sums > _WEIGHTY]],
+                narrow=narrow,
+                level=level * (1.0 + TOLERANCE),
+            )
             if bound.largest <= level * (1.0 + TOLERANCE):
                 break
             found = np.concatenate([found, bound.x_found])
@@ -135,10 +150,34 @@ def continuous_design(
     target = criterion if certified is None else certified.near(np.concatenate(seen))
     total = base + np.einsum("i,ijk->jk", weights, informations)
     if bound is None or target is not smooth:
-        bound = dual_bound(space, target, total, base, x, rng)
+        bound = dual_bound(space, target, total, base, x, rng, narrow=narrow)
     value = float(target.value(total[None])[0])
     gap = bound.upper / value - 1.0 if value > 0.0 else np.inf
     return ContinuousDesign(x, weights, informations, total, bound, gap)
+
+
+def taken_together(informations: Array, weights: Array) -> tuple[IntArray, Array]:
+    """Points of nearly the same information as one: which points (K,), and their weights (K,).
+
+    The heaviest first, without those of next to no weight.
+
+    Args:
+        informations: (S, p, p) information matrices of the points.
+        weights: (S,) their weights.
+    """
+    flat = informations.reshape(len(weights), -1)
+    kept: list[int] = []
+    sums: list[float] = []
+    for i in np.argsort(-weights, kind="stable"):
+        distance = np.linalg.norm(flat[kept] - flat[i], axis=1) / np.linalg.norm(flat[i])
+        near = np.flatnonzero(distance < _ALIKE)
+        if len(near):
+            sums[near[0]] += float(weights[i])
+        else:
+            kept.append(int(i))
+            sums.append(float(weights[i]))
+    order = [i for i in np.argsort(sums)[::-1] if sums[i] > 1e-3 * max(sums)]
+    return np.array(kept)[order], np.array(sums)[order]
 
 
 def _weighed(

@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from elastocal.arrays import Array
+from elastocal.arrays import Array, BoolArray
 
 
 class DesignEvaluation(Protocol):
@@ -52,6 +52,9 @@ class DesignSpace(Protocol):
 
         Fewer where no more are found.
         """
+
+    def feasible(self, x: Array) -> BoolArray:
+        """(N,) which design points (N, d) hold all constraints."""
 
     def evaluate(self, x: Array) -> DesignEvaluation:
         """Rows, margins and their gradients at `x`, (N, d)."""

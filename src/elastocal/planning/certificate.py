@@ -6,14 +6,20 @@ In: a `Study`. Out: a `Bound`, computed before any plan is made; then a `Certifi
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from elastocal.arrays import Array, frozen
-from elastocal.design.continuous import TOLERANCE, ContinuousDesign, continuous_design
+from elastocal.design.continuous import (
+    TOLERANCE,
+    ContinuousDesign,
+    continuous_design,
+    taken_together,
+)
 from elastocal.design.criterion import Criterion, InformationFunction
-from elastocal.design.oracle import climb
+from elastocal.design.dual_bound import ROUNDING
+from elastocal.design.oracle import climb, sensitivity, square_root
 from elastocal.design.power_mean import floored
 from elastocal.design.space import information
 from elastocal.elastic.load_cases import LoadCases
@@ -27,7 +33,6 @@ Progress = Callable[[str, float], None]
 """(what is going on, share done between 0 and 1) -> None."""
 
 _FLOOR = 1e-4  # share of the loss that a floor adds
-_ALIKE = 0.03  # relative distance of information matrices that are shown as one
 _OPEN = 0.1  # gap between value and bound that only a singular optimum leaves
 
 
@@ -41,7 +46,7 @@ class Certificate:
         lower_bound: No plan has a smaller loss 1/√φ: ρ0 [m] for test-pose criteria.
         efficiency: φ of the plan over the bound: 0.9 means that at best 10 % of the experiments
             could be saved.
-        fresh_starts: Fresh random starts that failed to refute the bound.
+        fresh_starts: Distinct fresh random starts that failed to refute the bound.
         attained: How many of them reached the same maximum.
         support: Load cases of the continuous design behind the bound, those of nearly the same
             information taken together.
@@ -49,6 +54,9 @@ class Certificate:
         peak: The load case where the sensitivity is largest.
         peak_ratio: Sensitivity there over the mean over the support: 1 at an optimum.
         floored: Whether a floor kept the unknowns that the criterion ignores identifiable.
+        narrow_starts: Further starts that failed, in narrow or cut-off parts of the cell.
+        narrow_attained: How many of them reached the same maximum.
+        rarest: How many of all these starts found that load case of the support which fewest found.
     """
 
     criterion: str
@@ -62,6 +70,17 @@ class Certificate:
     peak: LoadCases | None = None
     peak_ratio: float = float("nan")
     floored: bool = False
+    narrow_starts: int = 0
+    narrow_attained: int = 0
+    rarest: int = 0
+
+    @property
+    def missed(self) -> float:
+        """Share of random starts that can lead to a better maximum and all miss it, by 95 %.
+
+        Source: N starts all miss what a share s of them leads to with the chance (1 - s)^N.
+        """
+        return float(1.0 - 0.05 ** (1.0 / max(self.fresh_starts, 1)))
 
     @property
     def position_bound(self) -> float | None:
@@ -141,20 +160,30 @@ def lower_bound(
     return Bound(criterion, target, design)
 
 
-def confirmed(study: Study, bound: Bound, x: Array, rng: np.random.Generator) -> Bound:
+def confirmed(
+    study: Study, bound: Bound, x: Array, rng: np.random.Generator, *, attempts: int = 3
+) -> Bound:
     """The bound, after climbing from the points `x` of a plan has failed to refute it.
 
-    If it is refuted, a new one is computed that knows where the climb ended.
+    If it is refuted, a new one is computed that knows where the climb ended, `attempts` times. If
+    that goes on, or if a point is more sensitive by less than the search can tell, the bound is
+    raised to it: no plan of these points is beyond the bound.
     """
-    for _ in range(3):
-        if bound.design is None:
-            return bound
-        dual = bound.design.certificate
-        found, s, _ = climb(study.space, x, dual.gradient, ((150, len(x)),))
-        if s.max() <= dual.largest * (1.0 + TOLERANCE):
-            break
+    design = bound.design
+    if design is None:
+        return bound
+    dual = design.certificate
+    found, s, _ = climb(study.space, x, dual.gradient, ((150, len(x)),))
+    found = np.concatenate([found, x])
+    s = np.append(s, sensitivity(study.space, x, square_root(dual.gradient)))
+    if s.max() > dual.largest * (1.0 + TOLERANCE) and attempts:
         bound = lower_bound(study, rng, known=found[s > 0.0])
-    return bound
+        return confirmed(study, bound, x, rng, attempts=attempts - 1)
+    if s.max() <= dual.largest * (1.0 + ROUNDING):
+        return bound
+    best = int(s.argmax())
+    raised = replace(dual, largest=float(s[best]), x_largest=found[best])
+    return replace(bound, design=replace(design, certificate=raised))
 
 
 def certificate(study: Study, bound: Bound, worth: Assessment, count: int) -> Certificate:
@@ -164,36 +193,22 @@ def certificate(study: Study, bound: Bound, worth: Assessment, count: int) -> Ce
     design, dual, space = bound.design, bound.design.certificate, study.space
     value = float(bound.criterion.value(worth.information[None])[0])
     level = float(np.einsum("i,ijk,jk->", design.weights, design.informations, dual.gradient))
-    x, weights = _merged(design)
-    support = simplify(space, space.load_cases(x)).cases
+    points, weights = taken_together(design.informations, design.weights)
+    support = simplify(space, space.load_cases(design.x[points])).cases
     peak = simplify(space, space.load_cases(dual.x_largest[None])).cases
     return Certificate(
         criterion=study.criterion,
         kind="numerical",
         lower_bound=bound.loss(count),
-        efficiency=value / (count * dual.upper),
+        efficiency=min(value / (count * dual.upper), 1.0),  # but for rounding it is so anyway
         fresh_starts=dual.starts,
         attained=dual.attained,
+        narrow_starts=dual.narrow_starts,
+        narrow_attained=dual.narrow_attained,
+        rarest=dual.rarest,
         support=support,
         weights=frozen(weights),
         peak=peak,
         peak_ratio=dual.largest / level,
         floored=bound.floored,
     )
-
-
-def _merged(design: ContinuousDesign) -> tuple[Array, Array]:
-    """Support and weights with points of nearly the same information taken together."""
-    flat = design.informations.reshape(len(design.x), -1)
-    kept: list[int] = []
-    weights: list[float] = []
-    for i in np.argsort(-design.weights, kind="stable"):
-        distance = np.linalg.norm(flat[kept] - flat[i], axis=1) / np.linalg.norm(flat[i])
-        near = np.flatnonzero(distance < _ALIKE)
-        if len(near):
-            weights[near[0]] += float(design.weights[i])
-        else:
-            kept.append(int(i))
-            weights.append(float(design.weights[i]))
-    order = [i for i in np.argsort(weights)[::-1] if weights[i] > 1e-3 * max(weights)]
-    return design.x[np.array(kept)[order]], np.array(weights)[order]

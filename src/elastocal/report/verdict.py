@@ -16,6 +16,7 @@ from elastocal.study.study import Study
 from elastocal.wording import ended, worded
 from elastocal.wording.lists import counted
 from elastocal.wording.numbers import given, length, length_and_unit, number, percent, small
+from elastocal.wording.plans import missed, searched
 
 
 @dataclass(frozen=True)
@@ -95,18 +96,12 @@ def proof(certificate: Certificate) -> list[str]:
         ]
     if certificate.kind != "numerical":
         return [f"Certificate of kind {certificate.kind}."]
-    fresh, attained = certificate.fresh_starts, certificate.attained
-    said = (
-        f"Numerical certificate: {fresh} fresh random starts searched for an experiment that would "
-        "refute the bound, and failed; "
-    )
-    if attained > 1:
-        said += f"{attained} of them reached the same maximum."
-    elif attained == 1:
-        said += "only one of them reached the same maximum, so trust it less."
-    else:
-        said += "none of them reached the maximum itself, so trust it less; try another seed."
-    sentences = [said + " It rests on that search, not on a proof."]
+    c = certificate
+    sentences = [
+        "Numerical certificate: "
+        + searched(c.fresh_starts, c.attained, c.narrow_starts, c.narrow_attained, c.rarest),
+        f"{missed(c.missed)} It rests on that search, not on a proof.",
+    ]
     if certificate.floored:
         sentences.append(
             "A floor was used: the best design for this criterion would leave some compliances "

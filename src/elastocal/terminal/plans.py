@@ -25,7 +25,7 @@ from elastocal.terminal.test_poses import show_test_poses, where_judged
 from elastocal.wording import ended, worded
 from elastocal.wording.lists import counted
 from elastocal.wording.numbers import described, number, shown_unit
-from elastocal.wording.plans import freedom
+from elastocal.wording.plans import freedom, missed, searched
 
 MEASURED = (
     "a measurement file, whose configurations and loads are judged as a plan, with the noise of "
@@ -161,8 +161,9 @@ def certificate_sentence(certificate: Certificate, count: int) -> str:
     else:
         sentence = f"Against every plan of {counted(count, 'experiment')}, by {c.criterion}: {room}"
     sentence += (
-        f". Numerical certificate: {c.fresh_starts} fresh random starts did not refute it, "
-        f"{c.attained} of them reached the same maximum."
+        ". Numerical certificate: "
+        + searched(c.fresh_starts, c.attained, c.narrow_starts, c.narrow_attained, c.rarest)
+        + f" {missed(c.missed)}"
     )
     if c.floored:
         sentence += (

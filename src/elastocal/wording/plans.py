@@ -36,6 +36,47 @@ def _criteria(doubt: Doubt) -> str:
     return f"it claims {claimed} for criterion {first} but has {found}{rest}"
 
 
+def searched(starts: int, attained: int, narrow: int, narrow_attained: int, rarest: int) -> str:
+    """Sentences on the search for an experiment that refutes a bound, and its yield.
+
+    Args:
+        starts: Distinct fresh random starts.
+        attained: How many of them reached the same maximum.
+        narrow: Further starts in narrow parts of the cell.
+        narrow_attained: How many of them reached it.
+        rarest: How many starts found the load case of the design that fewest found.
+    """
+    said = f"{starts} distinct random starts searched for an experiment that refutes the bound"
+    if attained > 1:
+        said += f" and failed; {attained} of them reached the same maximum."
+    elif attained == 1:
+        said += " and failed; only one of them reached the same maximum, so trust it less."
+    else:
+        said += (
+            " and failed; none of them reached the maximum itself, so trust it less; try another "
+            "seed."
+        )
+    if narrow:
+        said += (
+            f" {narrow} more began in narrow or cut-off parts of the cell; "
+            f"{narrow_attained or 'none'} of them reached it."
+        )
+    if attained and rarest < _RARE:
+        said += (
+            " Not every load case behind the bound is easy to find: one was found from "
+            f"{rarest or 'none'} of all starts."
+        )
+    return said
+
+
+def missed(share: float) -> str:
+    """What that search says of maxima it has not found; `share` as of `Certificate.missed`."""
+    return (
+        f"So, with 95 % confidence, no better maximum is reached from more than {100 * share:.2g} "
+        "% of random starts; of maxima that are harder to find nothing is known."
+    )
+
+
 def freedom(free: Sequence[str], turns_with_load: str, load_range: float) -> list[str]:
     """Sentences on joints that may be set otherwise: alone, or together with the load.
 
@@ -67,6 +108,7 @@ _LIMITS = {
     "load-outside-cone": "the cone of the load",
     "load-outside-plane": "the plane of the load",
 }
+_RARE = 6  # starts that find a load case from which on it is not rare
 _ONE_SIDE = 1e-6  # spread of loads from one side: rounding [rad]
 
 SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {

@@ -239,6 +239,10 @@ def _certificate(robot: Robot, certificate: Certificate) -> dict[str, Any]:
         "efficiency": certificate.efficiency,
         "fresh_starts": certificate.fresh_starts,
         "attained": certificate.attained,
+        "narrow_starts": certificate.narrow_starts,
+        "narrow_attained": certificate.narrow_attained,
+        "rarest": certificate.rarest,
+        "missed": certificate.missed,
         "floored": certificate.floored,
         "peak": {
             **next(load_case_entries(robot, certificate.peak)),
