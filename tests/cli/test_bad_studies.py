@@ -66,6 +66,9 @@ CASES: dict[str, tuple[str, str, list[str], int]] = {
     "fraction of experiments": ("count: 12", "count: 2.5", ["line 12", "whole number"], 2),
     "no experiments": ("count: 12", "count: 0", ["line 12", "from 1"], 2),
     "negative sigma": ("sigma_mm: 0.03", "sigma_mm: -0.03", ["positive", "-0.03"], 2),
+    "sigma of no size": (
+        "sigma_mm: 0.03", "sigma_mm: 1.0e-20", ["line 13", "from 1e-09 to 10000, found 1e-20"], 2),
+    "sigma beyond the cell": ("sigma_mm: 0.03", "sigma_mm: 30000", ["found 30000"], 2),
     "zero sigma": ("sigma_mm: 0.03", "sigma_mm: 0", ["positive"], 2),
     "speed without unit": (
         "instrument:", "motion: {max_speed: 10}\ninstrument:", ["line 13", "'max_speed_deg_s'"], 2),

@@ -215,3 +215,11 @@ def test_another_study_than_the_model_was_made_with_is_said(folder: Path) -> Non
     assert "note: model.json was made with another version of the study" in result.stderr
     result = run("validate", "study.yaml", "model.json", "v.csv")
     assert result.stderr == ""
+
+
+@pytest.mark.parametrize("error", [1e-160, 1e-31])
+def test_a_standard_error_too_small_to_reckon_with_is_named(folder: Path, error: float) -> None:
+    entry = {"value": 2e-6, "unit": "rad/(N.m)", "standard_error": error}
+    Path("tiny.json").write_text(json.dumps({"compliance": {"J2": entry}}), encoding="utf-8")
+    result = run("identify", "study.yaml", "m.csv", "--prior", "tiny.json", "-o", "tiny_m.json")
+    refused(result, "tiny.json, line 1: the standard error of J2 is 1e-", "at least 1e-30 in SI")

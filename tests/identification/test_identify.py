@@ -447,3 +447,10 @@ def test_combinations_are_ordered_by_how_well_they_are_seen() -> None:
     found = identify(arm(), measured(arm(), hung(12)))
     assert (np.diff(found.singular_values) <= 0.0).all()
     np.testing.assert_allclose(found.combinations @ found.combinations.T, np.eye(5), atol=1e-12)
+
+
+def test_covariances_that_cannot_be_inverted_are_named() -> None:
+    data = measured(arm(), hung(12))
+    tiny = replace(data, covariance=np.full(data.covariance.shape, 1e-320))
+    with pytest.raises(InputError, match="covariance of a reading is not positive definite"):
+        identify(arm(), tiny)

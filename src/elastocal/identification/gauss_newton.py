@@ -69,7 +69,13 @@ class Problem:
     @cached_property
     def noise(self) -> tuple[Array, Array]:
         """Lower triangular factors of the covariances [m], and their inverses, (R, 3, 3) each."""
-        return noise_factors(self.covariance)
+        try:
+            return noise_factors(self.covariance)
+        except np.linalg.LinAlgError:
+            raise InputError(
+                f"{self.source or 'the measurements'}: the covariance of a reading is not positive "
+                "definite; its uncertainties are too small, or do not fit together"
+            ) from None
 
 
 @dataclass(frozen=True)

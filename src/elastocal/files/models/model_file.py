@@ -37,6 +37,7 @@ from elastocal.robot.geometry_hash import geometry_hash
 from elastocal.robot.joint_kinds import JointKind
 
 _Made = TypeVar("_Made")
+_LEAST_ERROR = 1e-30  # standard error [SI] whose square is still a number to reckon with
 _SMALL_ENOUGH_TO_LOCATE = 1_000_000  # bytes; a larger file is a program's, and errors go unlined
 
 
@@ -200,6 +201,7 @@ def model_of(file: ModelFile, robot: Robot, name: str) -> ComplianceModel:
     errors = {spring: error for spring, (_, error) in values.items() if error is not None}
     with at("covariance"):
         covariance = _covariance(file.covariance, springs.names, errors)
+    _refuse_tiny(springs.names, np.sqrt(np.maximum(np.diagonal(covariance), 0.0)), errors)
     return ComplianceModel(
         springs=springs,
         compliance=np.array([values[spring][0] for spring in springs.names]),
@@ -207,6 +209,18 @@ def model_of(file: ModelFile, robot: Robot, name: str) -> ComplianceModel:
         dof=np.inf if file.dof is None else file.dof,
         source=str(file.source or name),
     )
+
+
+def _refuse_tiny(names: tuple[str, ...], found: Array, given: dict[str, float]) -> None:
+    """Refuse standard errors that would outweigh all that can be measured."""
+    for name, error in zip(names, found, strict=True):
+        error = given.get(name, float(error))
+        if 0.0 < error < _LEAST_ERROR:
+            raise LocatedError(
+                ("compliance", name, "standard_error") if name in given else ("covariance",),
+                f"the standard error of {name} is {error:g}; expected at least {_LEAST_ERROR:g} in "
+                "SI, or 0 for what is exact",
+            )
 
 
 def _refuse_another_robot(file: ModelFile, robot: Robot) -> None:

@@ -3,11 +3,13 @@ or whole poses."""
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
+from pydantic import AfterValidator
 
 from elastocal.errors import InputError
+from elastocal.files.measurements.uncertainty import LEAST, MOST
 from elastocal.files.values import (
     DegreeRange,
     Flag,
@@ -26,14 +28,33 @@ from elastocal.measuring.instrument import PRESETS, Instrument, Isotropic, Laser
 _NOISE = ("along_um", "along_um_per_m", "across_um", "across_um_per_m")
 
 
+def _plausible(scale: float) -> AfterValidator:
+    """Of standard deviations in SI that a file has in a unit, `scale` of which are one of SI."""
+
+    def check(value: float) -> float:
+        if not 0.99 * LEAST < value < 1.01 * MOST:  # with the rounding of units
+            raise ValueError(
+                f"expected a standard deviation from {scale * LEAST:g} to "
+                f"{scale * MOST:g}, found {scale * value:g}"
+            )
+        return value
+
+    return AfterValidator(check)
+
+
+_Millimetres = Annotated[PositiveMillimetres, _plausible(1e3)]
+_Milliradians = Annotated[PositiveMilliradians, _plausible(1e3)]
+_Micrometres = Annotated[PositiveMicrometres, _plausible(1e6)]
+
+
 class TrackerFile(Section):
     """A laser tracker: where it stands, and its noise, one reading, one standard deviation."""
 
     position_mm: MillimetreVector
     preset: Name | None = None
-    along_um: PositiveMicrometres | None = None
+    along_um: _Micrometres | None = None
     along_um_per_m: Micrometres | None = None
-    across_um: PositiveMicrometres | None = None
+    across_um: _Micrometres | None = None
     across_um_per_m: Micrometres | None = None
     range_mm: MillimetreRange | None = None
     elevation_deg: DegreeRange | None = None
@@ -46,9 +67,9 @@ class InstrumentFile(Section):
     """What is measured: points, or points and the rotation of the flange; and how well."""
 
     measures: Literal["position", "pose"] = "position"
-    sigma_mm: PositiveMillimetres | None = None
+    sigma_mm: _Millimetres | None = None
     tracker: TrackerFile | None = None
-    sigma_mrad: PositiveMilliradians | None = None
+    sigma_mrad: _Milliradians | None = None
 
 
 def instrument_of(entry: InstrumentFile) -> Instrument:
