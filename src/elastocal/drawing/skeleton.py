@@ -58,7 +58,7 @@ def skeletons(robot: Robot, tool: Tool, q: Array) -> tuple[Skeleton, ...]:
 def _skeleton(posture: Posture, ends: Array, i: int) -> Skeleton:
     """Skeleton of configuration `i`; `ends` (2 + M, 3): load point, TCP, markers [m]."""
     axes, origins = posture.axes[:, :, i].T, posture.origins[:, :, i].T
-    starts = np.array([body[3, :, i] for body in posture.bodies[1:-1]])
+    starts = np.array([body[3, :, i] for body in posture.bodies[1 : len(axes) + 1]])
     flange = posture.bodies[-1][3, :, i]
     arm = [np.zeros(3), origins[0]]
     for start, axis, end in zip(starts, axes, [*origins[1:], flange], strict=True):

@@ -8,11 +8,15 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
+from typer.testing import CliRunner
 
 from elastocal.arrays import Array
+from elastocal.cli import app
 from elastocal.constraints.clearance import Clearance
 from elastocal.constraints.collision.chain import robot_solids
 from elastocal.constraints.collision.contacts import self_pairs
+from elastocal.drawing.silhouette import solid_points
+from elastocal.drawing.skeleton import skeletons
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.equilibrium import linearise
 from elastocal.elastic.springs import VirtualJoints, joint_springs, merged
@@ -295,6 +299,40 @@ def test_pictures_have_what_follows() -> None:
         ElasticArm(robot, merged(joint_springs(robot), link), tool()), q, np.zeros(5)
     )
     assert bent == pytest.approx(frames)
+
+
+def test_lines_and_silhouettes_are_drawn_beside_it() -> None:
+    robot, q = read(), np.array([[0.3, 0.4, 0.1, 0.5]])
+    (skeleton,) = skeletons(robot, tool(), q)
+    assert len(skeleton.centres) == len(skeleton.axes) == 4
+    weight = next(shape for shape in robot.visuals if shape.name == "weight")
+    middle = solid_points(weight, Posture(robot, q), 0).mean(axis=0)
+    there = Oracle().place(robot, q[0], "weight") @ [-0.5, 0, 0.1, 1]
+    assert middle == pytest.approx(there[:3])
+
+
+STUDY = """elastocal: 1
+robot: {urdf: pallet.urdf, tip: tool0}
+tools: {t: {load_point_mm: [100, 0, 30]}}
+test_poses: [{tool: t, q_deg: {j1: 10, j2: -20, j4: 30}, q_mm: {slide: 200}, force_N: [0, 0, -9]}]
+experiments: {tool: t, max_force_N: 100, direction: free, count: 8, max_configurations: 4}
+instrument: {sigma_mm: 0.03}
+gravity_m_s2: [0, 0, -9.81]
+"""
+
+
+def test_a_study_goes_all_the_way(tmp_path: Path) -> None:
+    (tmp_path / "pallet.urdf").write_text(PALLET)
+    study = tmp_path / "study.yaml"
+    study.write_text(STUDY)
+    for args in (
+        ["check", str(study), "--picture", str(tmp_path / "arm.svg")],
+        ["plan", str(study), "--seed", "0", "--out", str(tmp_path / "plan.json")],
+        ["report", str(tmp_path / "plan.json"), "--out", str(tmp_path / "report.html")],
+    ):
+        done = CliRunner().invoke(app, args)
+        assert done.exit_code == 0, done.output
+    assert "rod = -1.5" in " ".join(CliRunner().invoke(app, ["check", str(study)]).output.split())
 
 
 WRONG = {
