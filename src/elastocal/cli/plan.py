@@ -212,7 +212,7 @@ def evaluate_command(
         if before is not None:
             print(
                 f"note: {name} counts the information of {before.experiments} experiments "
-                f"measured before it ({before.source})",
+                f"measured before it ({before.source}), as it says: that is not checked",
                 file=sys.stderr,
             )
         # A plan is judged by the criterion it was made for.
@@ -236,6 +236,7 @@ def evaluate_command(
                 proposal.claims,
                 bounds[key],
                 proposal.via,
+                asked=written.experiments if name in proposed else None,
             )
         )
     rho0 = {}

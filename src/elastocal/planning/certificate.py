@@ -36,6 +36,10 @@ _FLOOR = 1e-4  # share of the loss that a floor adds
 _OPEN = 0.1  # gap between value and bound that only a singular optimum leaves
 
 
+KINDS = ("numerical", "none")
+"""What certificates there are: a bound that rests on a search, or no bound."""
+
+
 @dataclass(frozen=True)
 class Certificate:
     """How far any plan can be from the best of all plans with as many experiments.

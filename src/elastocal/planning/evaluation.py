@@ -13,19 +13,20 @@ from typing import Any
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
+from elastocal.design.continuous import TOLERANCE
 from elastocal.design.twins import twins
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import Code, Doubt
 from elastocal.motion.margins import Vias, motion_violations
 from elastocal.planning.assessment import Assessment, assess, broken_on_the_way
-from elastocal.planning.certificate import Bound, Certificate, certificate, confirmed
+from elastocal.planning.certificate import KINDS, Bound, Certificate, certificate, confirmed
 from elastocal.planning.visibility import Visibility, visibility
-from elastocal.study.criteria import CRITERIA, RHO0
+from elastocal.study.criteria import CRITERIA
 from elastocal.study.identifiability import unidentifiable
-from elastocal.study.study import Study, with_count
+from elastocal.study.study import Experiments, Study, with_count
 
+_ROUNDED = 1e-9  # efficiencies above 1 by less are rounding
 _AGREE = 1e-4  # claims may differ by this share: a run sheet rounds its angles
-_BOUNDS_AGREE = 1e-3  # two numerical bounds of the same problem
 
 
 @dataclass(frozen=True)
@@ -72,6 +73,8 @@ def evaluate(
     claims: dict[str, Any],
     bound: Bound,
     via: Vias | None = (),
+    *,
+    asked: Experiments | None = None,
 ) -> Evaluation:
     """Judge load cases against a study.
 
@@ -80,9 +83,11 @@ def evaluate(
         cases: S load cases.
         repeats: (S,) repeats.
         claims: What is claimed: rho0 [m], lower_bound [m], efficiency, standard_error by joint,
-            covariance as names and a matrix, criteria by name, in SI.
+            covariance as names and a matrix, criteria by name, in SI; kind of the certificate
+            and its criterion, and unchecked, what else the plan says that nothing here depends on.
         bound: Bound for this study and as many experiments.
         via: Configurations passed on the way, see `motion.Vias`; None: motions are not judged.
+        asked: What the study itself asks for, to remark on plans of more; None: not said.
     """
     study = with_count(study, int(repeats.sum()))
     worth = assess(study, cases, repeats)
@@ -92,12 +97,21 @@ def evaluate(
     open_ends = unidentifiable(study.fitted.names, worth.information)
     collisions = () if via is None else motion_violations(study.motion_space, cases.q, via)
     passing, _ = broken_on_the_way(study, via or ())
-    claimed = false_claims(study, worth, claims, proof)
+    claimed = (
+        *false_claims(study, worth, claims, proof),
+        *_false_bounds(study, worth, claims, bound, proof),
+    )
     objections = [*worth.violations, *passing, *collisions, *claimed]
     view = visibility(study.space, cases.q)
     repeats = frozen(repeats, np.int64)
-    twice = tuple(_same_information(study, cases, repeats))
-    return Evaluation(repeats, worth, proof, tuple(objections), open_ends, twice, collisions, view)
+    remarks = (
+        *_same_information(study, cases, repeats),
+        *_beyond(study, repeats, asked),
+        *_unchecked(claims),
+    )
+    return Evaluation(
+        repeats, worth, proof, tuple(objections), open_ends, remarks, collisions, view
+    )
 
 
 def _same_information(study: Study, cases: LoadCases, repeats: IntArray) -> Iterator[Doubt]:
@@ -109,10 +123,31 @@ def _same_information(study: Study, cases: LoadCases, repeats: IntArray) -> Iter
             yield Doubt("same-information", names, numbers=numbers)
 
 
+def _beyond(study: Study, repeats: IntArray, asked: Experiments | None) -> Iterator[Doubt]:
+    """More experiments or configurations than the study asks for."""
+    if asked is None:
+        return
+    count = int(repeats.sum()) + (0 if study.done is None else study.done.experiments)
+    most = asked.max_configurations
+    if count > asked.count:
+        yield Doubt("more-experiments", numbers={"count": count, "asked": asked.count})
+    if most is not None and len(repeats) > most:
+        yield Doubt("more-configurations", numbers={"count": len(repeats), "asked": most})
+
+
+def _unchecked(claims: dict[str, Any]) -> Iterator[Doubt]:
+    """What a plan says that is not held against anything."""
+    kind = claims.get("kind", "numerical")
+    if kind not in KINDS:
+        yield Doubt("certificate-unknown", (kind,))
+    if claims.get("unchecked"):
+        yield Doubt("claims-unchecked", tuple(claims["unchecked"]))
+
+
 def false_claims(
     study: Study, worth: Assessment, claims: dict[str, Any], proof: Certificate | None = None
 ) -> Iterator[Doubt]:
-    """Claims that do not hold.
+    """Claims that do not hold, but for those that only a bound made anew refutes.
 
     Args:
         study: The study, as the plan was made for it.
@@ -136,13 +171,38 @@ def false_claims(
     if claims.get("covariance") is not None:
         yield from _false_covariance(study, worth, *claims["covariance"])
     yield from _false_criteria(study, worth, claims.get("criteria", {}))
-    own = worth.criteria[study.criterion] if CRITERIA[study.criterion].is_position_error else None
-    bound, promised = own if proof is None else proof.position_bound, claims.get("lower_bound", 0.0)
-    if bound is not None and promised > bound * (1.0 + _BOUNDS_AGREE):
-        yield _claim("claims-bound", promised, bound)
-    most, promised = 1.0 if proof is None else proof.efficiency, claims.get("efficiency", 0.0)
-    if (proof is None or proof.kind != "none") and promised > most * (1.0 + 2.0 * _BOUNDS_AGREE):
-        yield _claim("claims-efficiency", promised, most)
+    certified = claims.get("certified", study.criterion)
+    if certified != study.criterion:
+        yield Doubt("claims-other-criterion", (certified, study.criterion))
+    if proof is None:  # what is claimed of the best plan must not be refuted by this one
+        own = worth.criteria[study.criterion]
+        promised = claims.get("lower_bound", 0.0)
+        if CRITERIA[study.criterion].is_position_error and promised > own * (1.0 + _AGREE):
+            yield _claim("claims-bound", promised, own)
+        if claims.get("efficiency", 0.0) > 1.0 + _ROUNDED:
+            yield _claim("claims-efficiency", claims["efficiency"], 1.0)
+
+
+def _false_bounds(
+    study: Study, worth: Assessment, claims: dict[str, Any], bound: Bound, proof: Certificate
+) -> Iterator[Doubt]:
+    """Bound and efficiency that are claimed, and refuted by a design that is known.
+
+    A claim between that design and the bound is not refuted: the search has not closed that gap.
+    """
+    promised, efficiency = claims.get("lower_bound", 0.0), claims.get("efficiency", 0.0)
+    if bound.design is None:
+        if efficiency > 0.0:
+            yield Doubt("claims-no-bound", (study.criterion,), numbers={"claimed": efficiency})
+        return
+    m = study.experiments.count
+    reached = float(bound.criterion.value(bound.design.total[None])[0])
+    least = max(float(1.0 / np.sqrt(m * reached)), proof.lower_bound)
+    if proof.position_bound is not None and promised > least * (1.0 + TOLERANCE):
+        yield _claim("claims-bound", promised, proof.position_bound)
+    most = min(float(bound.criterion.value(worth.information[None])[0]) / (m * reached), 1.0)
+    if efficiency > max(most, proof.efficiency) * (1.0 + 2.0 * _AGREE):
+        yield _claim("claims-efficiency", efficiency, proof.efficiency)
 
 
 def _false_at_test_poses(
@@ -183,7 +243,7 @@ def _false_covariance(
 
 def _false_criteria(study: Study, worth: Assessment, claimed: dict[str, float]) -> Iterator[Doubt]:
     """Values of criteria that are others, in one doubt; those of the standard errors are."""
-    found = {name: worth.criteria[name] for name in claimed if name != RHO0.name}
+    found = {name: worth.criteria[name] for name in claimed}
     wrong = tuple(name for name in found if _differ(claimed[name], found[name], _AGREE))
     if wrong:
         first = wrong[0]

@@ -139,6 +139,29 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         f"load cases {listed(doubt.about)} tell the same: any one of them, measured "
         f"{doubt.numbers['repeats']}×, is worth as much"
     ),
+    "more-experiments": lambda doubt: (
+        f"it has {doubt.numbers['count']} experiments in all, and the study asks for "
+        f"{doubt.numbers['asked']}"
+    ),
+    "more-configurations": lambda doubt: (
+        f"it has {doubt.numbers['count']} configurations, and the study asks for at most "
+        f"{doubt.numbers['asked']}"
+    ),
+    "certificate-unknown": lambda doubt: (
+        f"its certificate is of a kind that is not known here, {doubt.about[0]!r}; its bound was "
+        "compared with one made anew, nothing else of it was checked"
+    ),
+    "claims-unchecked": lambda doubt: (
+        f"not checked, and not used but where a note says so: {listed(doubt.about)}"
+    ),
+    "claims-other-criterion": lambda doubt: (
+        f"its certificate speaks of criterion {doubt.about[0]}, and it was planned for "
+        f"{doubt.about[1]}"
+    ),
+    "claims-no-bound": lambda doubt: (
+        f"it claims an efficiency of {doubt.numbers['claimed']:.4f}, but no bound is known for "
+        f"criterion {doubt.about[0]}"
+    ),
     "claims-experiments": lambda doubt: _claim(
         doubt, "it claims {claimed:g} experiments but has {found}"
     ),

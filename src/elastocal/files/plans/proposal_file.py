@@ -163,6 +163,11 @@ def proposal_in(document: dict[str, Any], path: Path, robot: Robot) -> Proposal:
     }
     if "covariance" in document:
         claims["covariance"] = claimed_covariance(document["covariance"], f"{path}: covariance")
+    if certificate.get("kind"):
+        claims["kind"] = certificate["kind"]
+    if certificate.get("criterion"):
+        claims["certified"] = _name_today(certificate["criterion"], document)
+    claims["unchecked"] = _unchecked(document, certificate)
     claims["criteria"] = _claimed_criteria(_section(document, "criteria"), path)
     origin = _section(document, "study")
     via = read_via(document.get("via", []), robot, len(cases), str(path))
@@ -185,6 +190,24 @@ def proposal_in(document: dict[str, Any], path: Path, robot: Robot) -> Proposal:
         read_known(document["known"], robot, f"{path}: known") if "known" in document else None,
         origin.get("prior_sha256", ""),
         bool(digest) and digest != load_cases_hash(entries, document.get("via", [])),
+    )
+
+
+_UNCHECKED = ("after", "schedule")
+_SEARCHED = (
+    *("fresh_starts", "attained", "narrow_starts", "narrow_attained", "rarest", "missed"),
+    *("floored", "peak", "continuous_design"),
+)
+_SAID = ("done_after_min", "nearest_constraint")
+
+
+def _unchecked(document: dict[str, Any], certificate: dict[str, Any]) -> tuple[str, ...]:
+    """What a plan says that nobody can recompute from the study, or that nothing follows from."""
+    cases = document["load_cases"]
+    return (
+        *(key for key in _UNCHECKED if key in document),
+        *(key for key in _SAID if any(key in case for case in cases)),
+        *(f"{key} of the certificate" for key in _SEARCHED if key in certificate),
     )
 
 
