@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 import json
 from pathlib import Path
 
@@ -187,3 +188,25 @@ def test_a_floor_that_gives_way_is_compensated_too(tmp_path: Path) -> None:
     points = json.loads(result.stdout)["points"]
     assert max(np.linalg.norm(point["residual_mm"]) for point in points) < 1e-6
     assert all(point["iterations"] >= 1 for point in points)
+
+
+def test_two_corrected_paths_are_two_programs(tmp_path: Path) -> None:
+    """Cut names, other models, other paths: none takes the place of another."""
+    path = small_path(tmp_path, f"{JOINTS},Fx [N],Fy [N],Fz [N]", f"{POSE},0,280,-180")
+    other = tmp_path / "other.json"
+    for name in ("corrected_roughing", "corrected_finishing"):
+        out = tmp_path / f"{name}.csv"
+        result = run("compensate", STUDY, TRUTH, path, "-o", out, "--to", "fanuc")
+        assert result.exit_code == 0, result.stderr
+        assert "Start: load all of CORRECTED_" in result.stdout
+    programs = [p for p in tmp_path.iterdir() if p.suffix == ".ls"]
+    assert len(programs) == 2
+    text = programs[0].read_text("ascii")
+    for what, file in (("path", path), ("model", TRUTH), ("study", STUDY)):
+        digest = hashlib.sha256(file.read_bytes()).hexdigest()[:16]
+        assert f"!{what} sha256 {digest} ;" in text
+    assert "plan sha256" not in text
+    other.write_text(TRUTH.read_text("utf-8") + "\n", "utf-8")
+    result = run("compensate", STUDY, other, path, "-o", out, "--to", "fanuc")
+    assert result.exit_code == 0, result.stderr
+    assert len([p for p in tmp_path.iterdir() if p.suffix == ".ls"]) == 3

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -108,7 +110,7 @@ def test_joint_values_of_the_controller(plan: Path) -> None:
         (("--to", "krl", "--out", "x.mod"), "ends in .src", 2),
         (("--to", "krl", "--out", "nowhere/else"), "there is no such folder", 2),
         (("--to", "krl", "--out", "2nd.src"), "not a program name for krl, 'P_2nd' would", 2),
-        (("--to", "fanuc", "--out", "too_long_a_name.ls"), "'TOO_LONG' would be one", 2),
+        (("--to", "fanuc", "--out", "long_and_small_name.ls"), "'LONG_AND_SMALL_N' would", 2),
         (("--to", "krl", "--home", "A1=0"), "expected name=value with deg or mm, found 'A1=0'", 2),
         (("--to", "krl", "--home", "A1=0mm"), "given in mm, expected deg", 2),
         (("--to", "krl", "--home", "B1=0deg"), "no joint 'B1'", 2),
@@ -165,6 +167,83 @@ def test_a_table_is_not_written_over_its_plan(tmp_path: Path) -> None:
     assert "written over" in result.stderr
     result = run("export", plan, "--study", STUDY, "--to", "csv", "--out", tmp_path)
     assert result.exit_code == 0
+
+
+def source_of(name: str) -> str:
+    """Another plan of the same study: the document with other repeats."""
+    document = plan_document()
+    document["load_cases"][1]["repeats"] = 5
+    return json.dumps(document | {"made_by": name})
+
+
+@pytest.mark.parametrize("controller", WRITERS)
+def test_a_program_does_not_take_the_place_of_another(plan: Path, controller: str) -> None:
+    folder, ending = plan.parent, ENDINGS[controller]
+    assert run("export", plan, "--to", controller, "-o", folder / f"X{ending}").exit_code == 0
+    assert run("export", plan, "--to", controller, "-o", folder / f"X{ending}").exit_code == 0
+    before = (folder / f"X{ending}").read_bytes()
+    plan.write_text(source_of("other"), encoding="utf-8")
+    for name in ("X", "x") if controller != "fanuc" else ("X",):
+        to = folder / f"{name}{ending}"
+        result = run("export", plan, "--to", controller, "-o", to)
+        assert result.exit_code == 2
+        assert f"X{ending} is a program that was made from something else" in result.stderr
+        assert "--force" in result.stderr
+        assert {path.name for path in folder.glob(f"*{ending}")} == {f"X{ending}"}
+    assert (folder / f"X{ending}").read_bytes() == before
+    to = folder / f"X{ending}"
+    assert run("export", plan, "--to", controller, "-o", to, "--force").exit_code == 0
+    assert to.read_bytes() != before
+    assert run("export", plan, "--to", controller, "-o", folder).exit_code == 0
+    assert len(list(folder.glob(f"*{ending}"))) == 2  # a name of its own
+
+
+@pytest.mark.parametrize("controller", WRITERS)
+def test_two_plans_of_one_study_are_two_programs(plan: Path, controller: str) -> None:
+    folder, ending = plan.parent, ENDINGS[controller]
+    for text in (json.dumps(plan_document()), source_of("other")):
+        plan.write_text(text, encoding="utf-8")
+        assert run("export", plan, "--to", controller, "-o", folder).exit_code == 0
+    names = [path.name for path in folder.iterdir() if path.suffix == ending]
+    assert len({name.lower() for name in names}) == 2
+    assert all(re.fullmatch(r"(?i)KR_270_MI\w*_[a-z2-7]{6}\.\w+", name) for name in names)
+
+
+@pytest.mark.parametrize("controller", WRITERS)
+def test_lines_end_as_where_the_controller_lives(plan: Path, controller: str) -> None:
+    assert run("export", plan, "--to", controller, "-o", plan.parent).exit_code == 0
+    for path in plan.parent.iterdir():
+        if path != plan:
+            data = path.read_bytes()
+            windows = controller in ("krl", "rapid", "fanuc")
+            assert data.count(b"\r\n") == data.count(b"\r") == windows * data.count(b"\n")
+
+
+def test_scripts_for_a_script_node(plan: Path) -> None:
+    out = plan.parent / "cell.script"
+    result = run("export", plan, "--to", "urscript", "-o", out, "--for-script-node")
+    assert result.exit_code == 0, result.stderr
+    assert "Start: choose this file in a Script node" in result.stdout.replace("\n", " ")
+    assert out.read_text().endswith("\nend\ncell()\n")
+    result = run("export", plan, "--to", "urscript", "-o", out)
+    assert "Start: send this file to port 30002" in result.stdout.replace("\n", " ")
+    assert out.read_text().splitlines()[0] == "def cell():"
+    assert out.read_text().endswith("\nend\n")
+    result = run("export", plan, "--to", "krl", "-o", plan.parent, "--for-script-node")
+    assert (result.exit_code, "takes URScript, not krl" in result.stderr) == (2, True)
+
+
+def test_what_a_program_was_made_from_is_said(plan: Path) -> None:
+    """The run sheet says no study, so the study is a source of its program too."""
+    digests = [hashlib.sha256(path.read_bytes()).hexdigest()[:16] for path in (plan, STUDY)]
+    for study in ((), ("--study", STUDY)):
+        result = run("export", plan, *study, "--to", "krl", "-o", plan.parent / "c.src", "--force")
+        assert result.exit_code == 0, result.stderr
+        text = (plan.parent / "c.src").read_text()
+        assert f"plan sha256 {digests[0]}" in text
+        assert (f"study sha256 {digests[1]}" in text) == bool(study)
+        assert "as in the model" in text
+        assert "converted" not in text
 
 
 def test_every_ending_is_known() -> None:

@@ -95,10 +95,11 @@ def compensate_command(
         show_stiffness(there)
     _refuse(done, task)
     # The program first: it can be refused.
-    files = _program(study, done, task, to, out, given, force) if to else []
+    models = [model, *(more or [])]
+    told = _program(study, done, task, to, out, given, models, force) if to else []
     write_corrected(done, task, out)
     if not as_json:
-        print("wrote " + " and ".join(str(file) for file in (out, *files)))
+        print("\n".join([*told, f"wrote {out}"]))
 
 
 def _program(
@@ -108,23 +109,34 @@ def _program(
     to: str,
     out: Path,
     given: list[Path],
+    models: list[Path],
     force: bool,
-) -> list[Path]:
-    """Write the corrected path as a robot program, named like the corrected file."""
-    from elastocal.cli.programs import write_program
+) -> list[str]:
+    """Write the corrected path as a robot program, named after the corrected file; what to tell."""
+    from elastocal.cli.programs import converted, said, write_program
+    from elastocal.files.texts import file_hash
     from elastocal.programs.robot_program import Provenance, path_program
     from elastocal.programs.writers import Settings
 
     program = path_program(
         study.robot,
         done.q,
-        name=f"{out.stem} program" if to == "csv" else out.stem,
+        name=out.stem,
         purpose=f"Path {Path(task.source).name} corrected for its loads, {done.rule} rule.",
-        provenance=Provenance(study.name, task.sha256),
+        provenance=Provenance(
+            study.name,
+            task.sha256,
+            of="path",
+            beside=tuple(
+                (what, file_hash(file))
+                for what, files in (("model", models), ("study", given[:1]))
+                for file in files
+            ),
+        ),
     )
-    coupled = study.controller is not None and not study.controller.is_identity
-    settings = Settings(coupling=study.controller if coupled else None)
-    return write_program(program, to, settings, out.parent, "", *given, out, force=force)
+    settings = Settings(coupling=converted(study))
+    files = write_program(program, to, settings, out.parent, *given, out, force=force)
+    return said(files, to, settings)
 
 
 def _refuse(done: Compensation, task: ToolPath) -> None:

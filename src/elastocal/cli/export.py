@@ -41,14 +41,19 @@ def export_command(
     trigger: Annotated[
         str, typer.Option(help="Output that triggers the instrument: number or signal name.")
     ] = "",
+    for_script_node: Annotated[
+        bool, typer.Option("--for-script-node", help="URScript that calls its function itself.")
+    ] = False,
     force: Overwrite = False,
     as_json: Json = False,
 ) -> None:
     """Write the plan as a robot program; refuse a plan that breaks a constraint."""
+    from dataclasses import replace
+
     import numpy as np
 
     from elastocal.cli.inputs import note_origin, plan_and_study, refuse_false_claims, sources_of
-    from elastocal.cli.programs import write_program
+    from elastocal.cli.programs import converted, said, write_program
     from elastocal.files.plans.plan_file import study_hash
     from elastocal.files.plans.proposal_file import study_for
     from elastocal.files.texts import file_hash
@@ -71,14 +76,19 @@ def export_command(
         via=proposal.via,
     )
     refuse_false_claims(plan_file.name, proposal, study)
+    if study_file is not None:
+        beside = (("study", file_hash(study_file)),)
+        program = replace(program, provenance=replace(program.provenance, beside=beside))
     settings = Settings(
-        coupling=study.controller,
+        coupling=converted(study),
         external=None if external is None else tuple(external.replace(",", " ").split()),
         trigger=trigger,
+        name=name,
+        script_node=for_script_node,
     )
     given = [plan_file, *([study_file] if study_file else [])]
     given += sources_of(study, given[-1])
-    files = write_program(program, to, settings, folder, name, *given, force=force)
+    files = write_program(program, to, settings, folder, *given, force=force)
     if as_json:
         checked = {"file": (study_file or plan_file).name, "name": study.name}
         checked["sha256"] = study_hash(study)
@@ -89,7 +99,7 @@ def export_command(
 
     show_program(program, to, coupled=settings.coupling is not None)
     print(f"Checked by {study_file.name if study_file else f'the study in {plan_file.name}'}.")
-    print("wrote " + " and ".join(str(path) for path in files))
+    print("\n".join(said(files, to, settings)))
 
 
 def _home(study: Study, text: str | None) -> Array | None:

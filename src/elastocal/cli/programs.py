@@ -2,14 +2,27 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from elastocal.cli.common import replaceable, writable
 from elastocal.cli.ending import undisturbed
 from elastocal.errors import InputError
+from elastocal.files.texts import read_text
 from elastocal.programs.robot_program import RobotProgram
-from elastocal.programs.writers import Settings, export
+from elastocal.programs.writers import NEWLINES, Settings, export, start, too_long
+from elastocal.robot.controller_axes import Coupling
+from elastocal.study.study import Study
 from elastocal.writing import write_text
+
+_SOURCE = re.compile(r"\b([a-z]+) sha256 ([0-9a-f]{16})\b")
+_SHOWN = 4  # files that are named one by one
+
+
+def converted(study: Study) -> Coupling | None:
+    """What the controller shows, if that is something else than the model has."""
+    coupling = study.controller
+    return None if coupling is None or coupling.is_identity else coupling
 
 
 def write_program(
@@ -17,19 +30,53 @@ def write_program(
     to: str,
     settings: Settings,
     folder: Path,
-    name: str,
     *inputs: Path,
     force: bool,
 ) -> list[Path]:
-    """Write a program for a controller; refuse a file name that the controller does not take."""
-    files = {folder / file: text for file, text in export(program, to, settings).items()}
-    made = next(iter(files)).stem
-    if name and made != name:
-        raise InputError(f"{folder / name}: not a program name for {to}, {made!r} would be one")
-    for path in files:
+    """Write a program for a controller, whole or not at all.
+
+    Raises:
+        InputError: the controller cannot take it or its name, or another file stands there: one
+            that is read, that is not ours, or that is the program of something else.
+    """
+    made = export(program, to, settings)
+    files = {folder / file: text.replace("\n", NEWLINES[to]) for file, text in made.items()}
+    for path, text in files.items():
         writable(path, *inputs)
         replaceable(path, "program", force=force)
+        if not force:
+            _refuse_another(path, text)
     with undisturbed():
         for path, text in files.items():
             write_text(path, text)
     return list(files)
+
+
+def _refuse_another(path: Path, text: str) -> None:
+    """Refuse to take the place of a program made from something else, or its name at a controller.
+
+    Names that differ in the case of letters are one name to controllers and to Windows.
+    """
+    for other in path.parent.iterdir():
+        if other.name.lower() != path.name.lower() or not other.is_file():
+            continue
+        if other.name != path.name or _sources(read_text(other)) != _sources(text):
+            raise InputError(
+                f"{path}: {other.name} is a program that was made from something else; choose "
+                "another name, or write it all the same with --force"
+            )
+
+
+def _sources(text: str) -> set[tuple[str, str]]:
+    """What a program says it was made from."""
+    return {(found[1], found[2]) for found in _SOURCE.finditer(text)}
+
+
+def said(files: list[Path], to: str, settings: Settings) -> list[str]:
+    """What to tell of a program that was written: where it is, how long, how it is started."""
+    named = [str(file) for file in files]
+    if len(named) > _SHOWN:
+        named = [named[0], f"{len(named) - 1} files more"]
+    large = too_long(to, {path.name: path.read_text(encoding="ascii") for path in files})
+    lines = [start(to, settings, files[0].stem), large, "wrote " + " and ".join(named)]
+    return [line for line in lines if line]

@@ -6,6 +6,7 @@ writers turn into files.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -20,6 +21,7 @@ from elastocal.robot.chain import Robot
 LONGEST_SETTLE = 300.0
 """Longest settling time that every controller can wait [s]."""
 _ROUNDING = 1e-9
+_LABEL = re.compile(r"[A-Za-z][A-Za-z0-9]{0,11}")
 
 
 @dataclass(frozen=True)
@@ -68,14 +70,23 @@ class Provenance:
     """Where a program comes from.
 
     Attributes:
-        study: Name of the study, or of what was compensated.
+        study: Name of the study.
         digest: SHA-256 of the file it was made from, empty if there is none.
         made_by: Program and version.
+        of: What that file is: a plan or a path.
+        beside: What else it was made from, as (what it is, SHA-256).
     """
 
     study: str = ""
     digest: str = ""
     made_by: str = f"elastocal {__version__}"
+    of: str = "plan"
+    beside: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def sources(self) -> tuple[tuple[str, str], ...]:
+        """Every file it was made from, as (what it is, SHA-256)."""
+        return (*(((self.of, self.digest),) if self.digest else ()), *self.beside)
 
 
 @dataclass(frozen=True)
@@ -87,7 +98,7 @@ class RobotProgram:
         purpose: One sentence on what the program does.
         robot: The robot; targets are in the order of its joints.
         targets: (T, n) joint values [rad or m], inside the joint limits.
-        target_names: T short names: H0, AP1, P1, AP2, P2, ….
+        target_names: T short names of letters and digits, each once: H0, AP1, P1, AP2, P2, ….
         steps: What is done.
         speed: Share of the controller's full speed, in (0, 1].
         provenance: Where it comes from.
@@ -114,6 +125,11 @@ class RobotProgram:
                 f"a program for {self.robot.name!r} needs targets of shape (T, {n}) with T names; "
                 f"found {targets.shape} and {len(self.target_names)} names"
             )
+        names = set(self.target_names)
+        if len(names) != len(targets) or not all(map(_LABEL.fullmatch, names)):
+            raise InputError(
+                "targets are called by up to 12 letters and digits, a letter first, each once"
+            )
         if not 0.0 < self.speed <= 1.0:
             raise InputError(
                 f"the speed must be above 0 and at most 100 %, found {100.0 * self.speed:g} %"
@@ -138,16 +154,16 @@ def check_limits(robot: Robot, targets: Array, names: Sequence[str]) -> None:
     Raises:
         InputError: names target and joint.
     """
-    for i, q in enumerate(targets):
-        for j, joint in enumerate(robot.joints):
-            scale, unit = joint.kind.shown
-            if not np.isfinite(q[j]):
-                raise InputError(f"target {names[i]}: joint {joint.name!r} has no finite value")
-            if not joint.lower - _ROUNDING <= q[j] <= joint.upper + _ROUNDING:
-                raise InputError(
-                    f"target {names[i]}: joint {joint.name!r} is at {scale * q[j]:.6g}{unit}, "
-                    f"expected {scale * joint.lower:.6g} to {scale * joint.upper:.6g}{unit}"
-                )
+    good = (targets >= robot.lower - _ROUNDING) & (targets <= robot.upper + _ROUNDING)
+    for i, j in np.argwhere(~(good & np.isfinite(targets))).tolist():
+        joint, value = robot.joints[j], targets[i, j]
+        scale, unit = joint.kind.shown
+        if not np.isfinite(value):
+            raise InputError(f"target {names[i]}: joint {joint.name!r} has no finite value")
+        raise InputError(
+            f"target {names[i]}: joint {joint.name!r} is at {scale * value:.6g}{unit}, "
+            f"expected {scale * joint.lower:.6g} to {scale * joint.upper:.6g}{unit}"
+        )
 
 
 def path_program(
@@ -183,5 +199,5 @@ def path_program(
         target_names=tuple(f"P{i + 1}" for i in range(len(targets))),
         steps=tuple(Move(i) for i in range(len(targets))),
         speed=speed,
-        provenance=provenance or Provenance(name),
+        provenance=provenance or Provenance(),
     )

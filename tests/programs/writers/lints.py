@@ -75,8 +75,29 @@ def _names(names: list[str], longest: int, words: set[str]) -> list[str]:
 
 def lint_krl(files: Files) -> list[str]:
     found = _text(files, 255)
-    src = next(t for n, t in files.items() if n.endswith(".src"))
-    dat = next(t for n, t in files.items() if n.endswith(".dat"))
+    (data,) = (name for name in files if name.endswith(".dat"))
+    dat = files[data]
+    if dat.count("\nDEFDAT ") != 1 or not dat.endswith("\nENDDAT\n"):
+        found.append("DEFDAT and ENDDAT are not balanced")
+    points = re.findall(r"^DECL E6AXIS (\w+)=", dat, re.M)
+    found += _names(points, 24, KRL_WORDS)
+    if re.findall(r"^DEFDAT (\w+)", dat, re.M) != [data.removesuffix(".dat")]:
+        found.append("file and module names differ")
+    for name, text in files.items():
+        if name.endswith(".src"):
+            found += _lint_src(name.removesuffix(".src"), text, points)
+    if data.replace(".dat", ".src") not in files:
+        found.append("there is no .src beside the .dat")
+    together = "".join(files.values())
+    for cells in re.findall(r"(?:^DECL E6AXIS \w+=|^PTP )\{(.*)\}$", together, re.M):
+        labels = [cell.split(" ")[0] for cell in cells.split(",")]
+        if not set(labels) <= {f"{a}{i}" for a in "AE" for i in range(1, 7)}:
+            found.append(f"axes {labels}")
+    return found
+
+
+def _lint_src(module: str, src: str, points: list[str]) -> list[str]:
+    found = []
     code = [line.split(";")[0].strip() for line in src.splitlines()]
     opened = 0
     for line in code:
@@ -87,31 +108,31 @@ def lint_krl(files: Files) -> list[str]:
         found.append("DEF and END are not balanced")
     if src.count(";FOLD") != src.count(";ENDFOLD"):
         found.append("FOLD and ENDFOLD are not balanced")
-    if dat.count("\nDEFDAT ") != 1 or not dat.endswith("\nENDDAT\n"):
-        found.append("DEFDAT and ENDDAT are not balanced")
     names = re.findall(r"^DEF (\w+)", src, re.M)
-    module = re.findall(r"^DEFDAT (\w+)", dat, re.M)
-    points = re.findall(r"^DECL E6AXIS (\w+)=", dat, re.M)
-    if {n.rsplit(".", 1)[0] for n in files} != {names[0]} or module != names[:1]:
+    if names[:1] != [module]:
         found.append("file and module names differ")
-    found += _names([*names, *points], 24, KRL_WORDS)
+    found += _names(names, 24, KRL_WORDS)
     for line in code:
-        target = re.fullmatch(r"PTP (\S+)", line)
+        target = re.fullmatch(r"PTP (\w\S*)", line)
         if target and target[1] not in points:
             found.append(f"point {target[1]!r} is not declared")
+        if re.match(r"(DEF|EXT)\b.*:OUT", line):
+            found.append(f"what is called with a literal takes it as a variable: {line}")
     for said in re.findall(r'"([^"\n]*)"', src):
         if len(said) > 80:
             found.append("message of more than 80 characters")
-    for cells in re.findall(r"^DECL E6AXIS \w+=\{(.*)\}$", dat, re.M):
-        labels = [cell.split(" ")[0] for cell in cells.split(",")]
-        if not set(labels) <= {f"{a}{i}" for a in "AE" for i in range(1, 7)}:
-            found.append(f"axes {labels}")
     return found
 
 
 def lint_rapid(files: Files) -> list[str]:
     found = _text(files, 255)
-    (text,) = files.values()
+    for text in files.values():
+        found += _lint_module(text)
+    return found
+
+
+def _lint_module(text: str) -> list[str]:
+    found = []
     code = [line.strip() for line in text.splitlines() if not line.strip().startswith("!")]
     code = [line for line in code if line]
     module = re.fullmatch(r"MODULE (\w+)", code[0])
@@ -120,8 +141,8 @@ def lint_rapid(files: Files) -> list[str]:
     procs = re.findall(r"^\s*PROC (\w+)\(\)$", text, re.M)
     if len(procs) != code.count("ENDPROC") or len(procs) != 1:
         found.append("PROC and ENDPROC are not balanced")
-    points = re.findall(r"CONST jointtarget (\w+):=", text)
-    variables = re.findall(r"VAR num (\w+):=", text)
+    points = re.findall(r"LOCAL CONST jointtarget (\w+):=", text)
+    variables = re.findall(r"LOCAL VAR num (\w+):=", text)
     found += _names(
         [*(module.groups() if module else ()), *procs, *points, *variables], 32, RAPID_WORDS
     )
@@ -129,10 +150,12 @@ def lint_rapid(files: Files) -> list[str]:
         structure = re.match(r"(MODULE|ENDMODULE|PROC|ENDPROC)\b", line)
         if not structure and not line.endswith(";"):
             found.append(f"no semicolon: {line}")
+        if re.match(r"(CONST|VAR|PERS)\b", line):
+            found.append(f"data that another module can have too: {line}")
         target = re.match(r"MoveAbsJ (\w+)", line)
         if target and target[1] not in points:
             found.append(f"target {target[1]!r} is not declared")
-    for row in re.findall(r":=(\[\[.*\]\]);", text):
+    for row in re.findall(r"(?::=|MoveAbsJ )(\[\[.*\]\])", text):
         groups = re.findall(r"\[([^\[\]]+)\]", row)
         if [len(group.split(",")) for group in groups] != [6, 6]:
             found.append(f"jointtarget {row}")
@@ -144,20 +167,32 @@ def lint_rapid(files: Files) -> list[str]:
 
 def lint_fanuc(files: Files) -> list[str]:
     found = _text(files, 250)
-    ((file, text),) = files.items()
+    for file, text in files.items():
+        found += _lint_program(file, text)
+    return found
+
+
+def _lint_program(file: str, text: str) -> list[str]:
+    found = []
     sections = re.findall(r"^/(PROG|ATTR|MN|POS|END)\b", text, re.M)
     if sections != ["PROG", "ATTR", "MN", "POS", "END"]:
         return [*found, f"sections are {sections}"]
     name = re.search(r"^/PROG\s+(\S+)", text)[1]  # type: ignore[index]
     if file != f"{name}.ls" or name != name.upper():
         found.append("file and program names differ, or not upper case")
-    found += _names([name], 8, DEVICES)
+    found += _names([name], 16, DEVICES)
+    date = r"DATE \d\d-\d\d-\d\d  TIME \d\d:\d\d:\d\d;"
+    for attribute in ("CREATE", "MODIFIED"):
+        if not re.search(rf"^{attribute}\s*= {date}$", text, re.M):
+            found.append(f"no {attribute}")
     body = text.split("/MN\n")[1].split("/POS\n")[0].splitlines()
     for number, line in enumerate(body, 1):
         found_line = re.fullmatch(r"\s*(\d+):(.*) ?;", line)
         if not found_line or int(found_line[1]) != number:
             found.append(f"line {number}: {line}")
             continue
+        if ";" in found_line[2]:
+            found.append(f"line {number}: an instruction ends in it")
         statement = found_line[2].strip()
         if statement.startswith("!") and len(statement) > 33:
             found.append(f"line {number}: remark of {len(statement) - 1} characters")
@@ -190,22 +225,26 @@ def lint_fanuc(files: Files) -> list[str]:
 
 
 def lint_urscript(files: Files) -> list[str]:
+    """What the maker asks of a script that is sent to the robot, and of one for a Script node."""
     found = _text(files, 320)
-    (text,) = files.values()
-    lines = text.splitlines()
-    names = re.findall(r"^def (\w+)\(\):$", text, re.M)
-    if len(names) != 1 or lines.count("end") != 1 or lines[-1] != "end":
-        found.append("def and end are not balanced")
-    found += _names(names, 32, UR_WORDS)
-    inside = lines[lines.index(f"def {names[0]}():") + 1 : -1] if names else []
-    for line in inside:
-        if not line.startswith("  ") or line.count("(") != line.count(")"):
-            found.append(f"line: {line}")
-        joints = re.search(r"movej\(\[(.*?)\]", line)
-        if joints and (
-            len(joints[1].split(",")) != 6 or any(abs(float(v)) > 6.4 for v in joints[1].split(","))
-        ):
-            found.append(f"movej needs six angles in radians: {line}")
+    for file, text in files.items():
+        name = file.removesuffix(".script")
+        lines = text.splitlines()
+        if lines[-1] == f"{name}()":
+            lines.pop()
+        if lines[0] != f"def {name}():" or lines[-1] != "end":
+            found.append("def and end are not balanced")
+        found += _names([name], 32, UR_WORDS)
+        for line in lines[1:-1]:
+            if not line.startswith("  ") or line.strip() == "end":
+                found.append(f"line: {line}")
+            code = re.sub(r'"[^"]*"|#.*', "", line)
+            if code.count("(") != code.count(")"):
+                found.append(f"line: {line}")
+            joints = re.search(r"movej\(\[(.*?)\]", line)
+            values = [abs(float(v)) for v in joints[1].split(",")] if joints else []
+            if joints and (len(values) != 6 or max(values) > 6.4):
+                found.append(f"movej needs six angles in radians: {line}")
     return found
 
 

@@ -24,101 +24,171 @@ def one(files: Files, ending: str) -> str:
     return text
 
 
+def _known(line: str, patterns: tuple[str, ...]) -> None:
+    """Refuse a line that no pattern says: what a controller would do with it, nobody planned."""
+    assert any(re.fullmatch(pattern, line) for pattern in patterns), f"unknown line: {line!r}"
+
+
+_KRL_QUIET = (
+    r"", r";.*", r"&ACCESS RVP", r"&REL 1", r"BAS \(#(INITMOV|VEL_PTP|ACC_PTP|TOOL|BASE),\d+\)",
+    r"GLOBAL INTERRUPT DECL 3 WHEN \$STOPMESS==TRUE DO IR_STOPM \( \)", r"INTERRUPT ON 3",
+)  # fmt: skip
+
+
 def parse_krl(files: Files) -> list[Event]:
+    """The module with a .dat is the one to start; what it calls are the other files."""
+    data = one(files, ".dat")
     points: dict[str, list[float]] = {}
-    labels = []
-    for line in one(files, ".dat").splitlines():
-        found = re.match(r"DECL E6AXIS (\w+)=\{(.*)\}$", line)
+    labels: list[list[str]] = []
+
+    def values(aggregate: str) -> list[float]:
+        cells = [cell.split(" ") for cell in aggregate.split(",")]
+        labels.append([label for label, _ in cells])
+        assert labels[-1] == labels[0]
+        return [float(value) for _, value in cells]
+
+    for line in data.splitlines():
+        found = re.fullmatch(r"DECL E6AXIS (\w+)=\{(.*)\}", line)
         if found:
-            cells = [cell.split(" ") for cell in found[2].split(",")]
-            labels.append([label for label, _ in cells])
-            points[found[1]] = [float(value) for _, value in cells]
-    assert all(row == labels[0] for row in labels)
+            points[found[1]] = values(found[2])
+        else:
+            _known(line, (*_KRL_QUIET, r"DEFDAT \w+", r"ENDDAT", r"EXT BAS \(.*\)"))
     events: list[Event] = []
     said: list[str] = []
-    main = one(files, ".src").split("\nEND\n")[0]
-    for line in (raw.strip() for raw in main.splitlines()):
-        if line.startswith("PTP "):
-            events.append(("move", points[line[4:]]))
-        elif line.startswith("WAIT SEC "):
-            events.append(("wait", float(line[9:])))
-        elif line.startswith("EC_SAY"):
-            said.append(re.fullmatch(r'EC_SAY \("([^"]*)"\)', line)[1])  # type: ignore[index]
-        elif line.startswith("PULSE"):
-            events.append(("pulse", re.search(r"\$OUT\[(\d+)\]", line)[1]))  # type: ignore[index]
-        elif line == "HALT":
-            events.append(("stop", " ".join(said)))
-            said = []
+
+    def run(name: str) -> None:
+        main, _, rest = files[f"{name}.src"].partition("\nEND\n")
+        assert rest == "" or rest.startswith("\nDEF EC_SAY (TEXT[] :IN)\n")
+        for line in (raw.split(" ;")[0].strip() for raw in main.splitlines()):
+            if found := re.fullmatch(r"PTP (\w+)", line):
+                events.append(("move", points[found[1]]))
+            elif found := re.fullmatch(r"PTP \{([^{}]*)\}", line):
+                events.append(("move", values(found[1])))
+            elif found := re.fullmatch(r"WAIT SEC (\d+\.\d\d)", line):
+                events.append(("wait", float(found[1])))
+            elif found := re.fullmatch(r'EC_SAY \("([^"]*)"\)', line):
+                said.append(found[1])
+            elif found := re.fullmatch(r"PULSE \(\$OUT\[(\d+)\],TRUE,0.5\)", line):
+                events.append(("pulse", found[1]))
+            elif found := re.fullmatch(r"(\w+) \( \)", line):
+                run(found[1])
+            elif line == "HALT":
+                events.append(("stop", " ".join(said)))
+                said.clear()
+            else:
+                _known(line, (*_KRL_QUIET, rf"DEF {name} \( \)"))
+
+    run(next(name for name in files if name.endswith(".dat"))[:-4])
     return events
 
 
 def parse_rapid(files: Files) -> list[Event]:
-    text = one(files, ".mod")
-    points = {}
-    for name, arm, outside in re.findall(
-        r"CONST jointtarget (\w+):=\[\[([^\]]*)\],\[([^\]]*)\]\];", text
-    ):
-        used = [float(v) for v in outside.split(",") if float(v) != 9e9]
-        points[name] = [float(v) for v in arm.split(",")] + used
+    """The module that no other calls is the one to start."""
+    called = set(re.findall(r"^    Run_(\w+);$", "\n".join(files.values()), re.M))
+    (main,) = {name.removesuffix(".mod") for name in files} - called
     events: list[Event] = []
     said: list[str] = []
-    for line in (raw.strip() for raw in text.splitlines()):
-        if line.startswith("MoveAbsJ "):
-            name = line[len("MoveAbsJ ") :].split("\\")[0]
-            events.append(("move", points[name]))
-        elif line.startswith("WaitTime"):
-            events.append(("wait", float(line.rstrip(";").split(",")[1])))
-        elif line.startswith("TPErase"):
-            said = []
-        elif line.startswith("TPWrite"):
-            said.append(re.fullmatch(r'TPWrite "([^"]*)";', line)[1])  # type: ignore[index]
-        elif line.startswith("PulseDO"):
-            events.append(("pulse", line.rstrip(";").split(",")[1]))
-        elif line.startswith("TPReadFK"):
-            events.append(("stop", " ".join(said)))
+
+    def values(target: str) -> list[float]:
+        arm, outside = re.fullmatch(r"\[\[([^\]]*)\],\[([^\]]*)\]\]", target).groups()  # type: ignore[union-attr]
+        used = [float(v) for v in outside.split(",") if float(v) != 9e9]
+        return [float(v) for v in arm.split(",")] + used
+
+    def run(name: str) -> None:
+        points = {}
+        for line in (raw.strip() for raw in files[f"{name}.mod"].splitlines()):
+            if found := re.fullmatch(r"LOCAL CONST jointtarget (\w+):=(.*);", line):
+                points[found[1]] = values(found[2])
+            elif found := re.fullmatch(r"MoveAbsJ (\S*)\\NoEOffs,v1000,fine,tool0;", line):
+                place = found[1]
+                events.append(("move", points[place] if place in points else values(place)))
+            elif found := re.fullmatch(r"WaitTime \\InPos,(\d+\.\d\d);", line):
+                events.append(("wait", float(found[1])))
+            elif line == "TPErase;":
+                said.clear()
+            elif found := re.fullmatch(r'TPWrite "([^"\\]*)";', line):
+                said.append(found[1])
+            elif found := re.fullmatch(r"PulseDO \\PLength:=0.5,(\w+);", line):
+                events.append(("pulse", found[1]))
+            elif re.fullmatch(r'TPReadFK nAnswer,"Done\? Then go on.",(stEmpty,){4}"Go on";', line):
+                events.append(("stop", " ".join(said)))
+            elif found := re.fullmatch(r"Run_(\w+);", line):
+                run(found[1])
+            else:
+                quiet = (
+                    r"", r"!.*", rf"MODULE {name}", rf"PROC Run_{name}\(\)", r"ENDPROC",
+                    r"ENDMODULE", r"VelSet \d+,\d+;", r"LOCAL VAR num nAnswer:=0;",
+                )  # fmt: skip
+                _known(line, quiet)
+
+    run(main)
     return events
 
 
 def parse_fanuc(files: Files) -> list[Event]:
-    text = one(files, ".ls")
-    _, rest = text.split("/MN\n")
-    body, positions = rest.split("/POS\n")
-    points = {}
-    for number, block in re.findall(r"P\[(\d+)\]\{(.*?)\};", positions, re.DOTALL):
-        cells = re.findall(r"([JE]\d)=\s*(-?[\d.]+)\s+(deg|mm)", block)
-        points[int(number)] = [float(value) for _, value, _ in cells]
+    """The program that no other calls is the one to start; an instruction ends at a semicolon."""
+    called = set(re.findall(r"CALL (\w+)", "\n".join(files.values())))
+    (main,) = {name.removesuffix(".ls") for name in files} - called
     events: list[Event] = []
     said: list[str] = []
-    for line in body.splitlines():
-        statement = line.split(":", 1)[1].rstrip(" ;").strip()
-        if statement.startswith("J P["):
-            number = int(re.match(r"J P\[(\d+)\]", statement)[1])  # type: ignore[index]
-            events.append(("move", points[number]))
-        elif statement.startswith("WAIT"):
-            events.append(("wait", float(re.search(r"[\d.]+", statement)[0])))  # type: ignore[index]
-        elif statement.startswith("MESSAGE["):
-            said.append(statement[len("MESSAGE[") : -1])
-        elif statement.startswith("DO["):
-            events.append(("pulse", re.search(r"\d+", statement)[0]))  # type: ignore[index]
-        elif statement == "PAUSE":
-            events.append(("stop", " ".join(said)))
-            said = []
+
+    def run(name: str) -> None:
+        _, rest = files[f"{name}.ls"].split("/MN\n")
+        body, positions = rest.split("/POS\n")
+        points = {}
+        for number, block in re.findall(r"P\[(\d+)\]\{(.*?)\};", positions, re.DOTALL):
+            cells = re.findall(r"([JE]\d)=\s*(-?[\d.]+)\s+(deg|mm)", block)
+            points[int(number)] = [float(value) for _, value, _ in cells]
+        for number, line in enumerate(body.splitlines(), 1):
+            at, _, instructions = line.partition(":")
+            assert int(at) == number
+            statement, *more = [part.strip() for part in instructions.split(";")]
+            assert more == [""], f"several instructions: {line!r}"
+            if found := re.fullmatch(r"J P\[(\d+)\] \d+% FINE", statement):
+                events.append(("move", points[int(found[1])]))
+            elif found := re.fullmatch(r"WAIT +([\d.]+)\(sec\)", statement):
+                events.append(("wait", float(found[1])))
+            elif found := re.fullmatch(r"MESSAGE\[([^\[\]]*)\]", statement):
+                said.append(found[1])
+            elif found := re.fullmatch(r"DO\[(\d+)\]=PULSE,0.5sec", statement):
+                events.append(("pulse", found[1]))
+            elif found := re.fullmatch(r"CALL (\w+)", statement):
+                run(found[1])
+            elif statement == "PAUSE":
+                events.append(("stop", " ".join(said)))
+                said.clear()
+            else:
+                _known(statement, (r"!.*", r"UFRAME_NUM=0", r"UTOOL_NUM=1"))
+
+    run(main)
     return events
 
 
 def parse_urscript(files: Files) -> list[Event]:
+    """Scripts one after the other, in the order of their names."""
     events: list[Event] = []
-    for line in (raw.strip() for raw in one(files, ".script").splitlines()):
-        if line.startswith("movej("):
-            events.append(("move", json.loads(line[line.index("[") : line.index("]") + 1])))
-        elif line == "sleep(0.5)" and events and events[-1][0] == "pulse":
-            continue
-        elif line.startswith("sleep("):
-            events.append(("wait", float(line[6:-1])))
-        elif line.startswith("set_standard_digital_out") and "True" in line:
-            events.append(("pulse", re.search(r"\d+", line)[0]))  # type: ignore[index]
-        elif line.startswith("popup("):
-            events.append(("stop", re.match(r'popup\("([^"]*)"', line)[1]))  # type: ignore[index]
+    for name in sorted(files):
+        first, *lines = files[name].splitlines()
+        assert first == f"def {name.removesuffix('.script')}():"
+        if lines[-1] == f"{first[4:-1]}":
+            lines.pop()  # a Script node: the call of the function
+        assert lines[-1] == "end"
+        assert all(line.startswith("  ") for line in lines[:-1])
+        for line in (raw.split("  # ")[0].strip() for raw in lines[:-1]):
+            if found := re.fullmatch(r"movej\((\[[^\]]*\]), a=[\d.]+, v=[\d.]+\)", line):
+                events.append(("move", json.loads(found[1])))
+            elif line == "sleep(0.5)" and events and events[-1][0] == "pulse":
+                continue
+            elif found := re.fullmatch(r"sleep\((\d+\.\d\d)\)", line):
+                events.append(("wait", float(found[1])))
+            elif found := re.fullmatch(r"set_standard_digital_out\((\d), True\)", line):
+                events.append(("pulse", found[1]))
+            elif found := re.fullmatch(
+                r'popup\("([^"]*)", title="elastocal", blocking=True\)', line
+            ):
+                events.append(("stop", found[1]))
+            else:
+                _known(line, (r"", r"#.*", r"set_standard_digital_out\(\d, False\)"))
     return events
 
 
@@ -126,13 +196,16 @@ def parse_ros(files: Files) -> list[Event]:
     """Here a stop is the comments after a document; settling with the load on is among them."""
     text = one(files, ".yaml")
     documents = text.split("\n---\n")[1:]
+    for line in text.splitlines():
+        key = r"(header|joint_names|points|  velocities|  time_from_start): ?.*"
+        _known(line, (r"---", r"# .*", key, r"- positions: \[.*\]  # \w+"))
     assert len(list(yaml.safe_load_all(text))) == len(documents)
     events: list[Event] = []
     for document in documents:
         message = yaml.safe_load(document)
         assert set(message) == {"header", "joint_names", "points"}
         clock = 0.0
-        settles = ["# settle" in li for li in document.splitlines() if "- positions:" in li]
+        settles = ["# settle" in li for li in document.splitlines() if li.startswith("- p")]
         for point, settle in zip(message["points"], settles, strict=True):
             stamp = point["time_from_start"]
             assert 0 <= stamp["nanosec"] < 10**9
@@ -155,6 +228,7 @@ def parse_ros(files: Files) -> list[Event]:
 
 def parse_csv(files: Files) -> list[Event]:
     text = one(files, ".csv")
+    assert text.splitlines() == text.split("\n")[:-1]
     rows = [line for line in text.splitlines() if not line.startswith("#")]
     table = list(csv.DictReader(io.StringIO("\n".join(rows)), quotechar="|"))
     joints = [c for c in table[0] if c.endswith((" [deg]", " [mm]"))]

@@ -249,10 +249,12 @@ def test_a_krl_program_is_not_called_as_one_of_its_points() -> None:
     q[1] = 0.1
     program = path_program(arm("RRRRRR"), q, name="x")
     point = f"x{program.target_names[1]}"
-    for name, module in ((point, f"{point}_1"), ("A3", "A3_1"), ("a7", "a7")):
-        files = export(replace(program, name=name), "krl")
-        assert sorted(files) == [f"{module}.dat", f"{module}.src"]
-        assert f"DEFDAT {module}\n" in files[f"{module}.dat"]
+    for name, module in ((point, f"{point}_1"), ("A3", "A3_1")):
+        with pytest.raises(InputError, match=f"'{module}' would be one"):
+            export(program, "krl", Settings(name=name))
+    files = export(program, "krl", Settings(name="a7"))
+    assert sorted(files) == ["a7.dat", "a7.src"]
+    assert "DEFDAT a7\n" in files["a7.dat"]
 
 
 @settings(max_examples=40)
@@ -371,12 +373,6 @@ def test_values_that_do_not_fit_the_format() -> None:
         export(path_program(Robot("long", tuple(joints)), np.array([[0.0, 1e4]]), name="x"), "krl")
 
 
-def test_a_program_longer_than_a_controller_takes() -> None:
-    path = path_program(arm("RRRRRR"), np.zeros((1001, 6)), name="x")
-    with pytest.raises(InputError, match="split the plan"):
-        export(path, "fanuc")
-
-
 def test_no_such_controller() -> None:
     with pytest.raises(InputError, match="there are krl, rapid, fanuc"):
         export(kr270_program(), "karel")
@@ -396,7 +392,8 @@ BREAKS: list[tuple[str, str, str]] = [
     ("krl", "ENDDAT", ""),
     ("krl", ";ENDFOLD", ";"),
     ("krl", "NO load", "NO load" + "d" * 80),
-    ("krl", "DEFDAT KR_270_milling_cell", "DEFDAT other"),
+    ("krl", "DEFDAT KR_270_milling", "DEFDAT other"),
+    ("krl", ":IN)", ":OUT)"),
     ("krl", "{A1 ", "{A7 "),
     ("krl", "A1 0.0000", "A1 nan"),
     ("krl", "sha256", "hash"),
@@ -412,7 +409,12 @@ BREAKS: list[tuple[str, str, str]] = [
     ("fanuc", "P[2]{", "P[7]{"),
     ("fanuc", "J P[1]", "J P[44]"),
     ("fanuc", "LINE_COUNT\t= ", "LINE_COUNT\t= 9"),
-    ("fanuc", "/PROG  KR_270_M", "/PROG  kr_270_milling"),
+    ("fanuc", "/PROG  KR_270", "/PROG  kr_270"),
+    ("fanuc", "CREATE", "CREATED"),
+    ("fanuc", "  !Robot", "  !a ; J P[1] 100% FINE ; b"),
+    ("rapid", "LOCAL CONST", "CONST"),
+    ("urscript", "\n  # Robot", "\n# Robot"),
+    ("urscript", "def ", "# made by\ndef "),
     ("fanuc", "MESSAGE[", "MESSAGE[a very much longer text "),
     ("fanuc", "!Robot", "!Robot with a remark that is too long"),
     ("fanuc", "   3:", "   4:"),

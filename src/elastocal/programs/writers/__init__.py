@@ -7,18 +7,24 @@ from elastocal.programs.robot_program import RobotProgram
 from elastocal.programs.writers import fanuc, joint_table, krl, rapid, ros, urscript
 from elastocal.programs.writers.settings import Settings, Writer
 
-__all__ = ["ENDINGS", "WRITERS", "Settings", "Writer", "export"]
+__all__ = ["ENDINGS", "NEWLINES", "WRITERS", "Settings", "Writer", "export", "start", "too_long"]
 
-_CONTROLLERS: dict[str, tuple[Writer, str]] = {  # name: (writer, ending of the file to start)
-    "krl": (krl.write, ".src"),
-    "rapid": (rapid.write, ".mod"),
-    "fanuc": (fanuc.write, ".ls"),
-    "urscript": (urscript.write, ".script"),
-    "ros": (ros.write, ".yaml"),
-    "csv": (joint_table.write, ".csv"),
+_CONTROLLERS: dict[str, tuple[Writer, str, str, str]] = {
+    # name: (writer, ending of the file to start, end of a line on disk, how it is started)
+    "krl": (krl.write, ".src", "\r\n", krl.START),
+    "rapid": (rapid.write, ".mod", "\r\n", rapid.START),
+    "fanuc": (fanuc.write, ".ls", "\r\n", fanuc.START),
+    "urscript": (urscript.write, ".script", "\n", urscript.START),
+    "ros": (ros.write, ".yaml", "\n", ros.START),
+    "csv": (joint_table.write, ".csv", "\n", joint_table.START),
 }
-WRITERS = {name: writer for name, (writer, _) in _CONTROLLERS.items()}
-ENDINGS = {name: ending for name, (_, ending) in _CONTROLLERS.items()}
+WRITERS = {name: entry[0] for name, entry in _CONTROLLERS.items()}
+ENDINGS = {name: entry[1] for name, entry in _CONTROLLERS.items()}
+NEWLINES = {name: entry[2] for name, entry in _CONTROLLERS.items()}
+"""Controllers of KUKA, ABB and FANUC, and what loads their files, live on Windows."""
+LARGE = 1_000_000
+"""Size from which one should ask whether a controller has room for a program [bytes]."""
+_ROOM = {"krl": "; a KR C4 is said to have room for 4 to 8 MB"}
 
 
 def export(
@@ -31,4 +37,24 @@ def export(
     """
     if controller not in WRITERS:
         raise InputError(f"no export to {controller!r}; there are {', '.join(WRITERS)}")
-    return WRITERS[controller](program, settings or Settings())
+    settings = settings or Settings()
+    if settings.script_node and controller != "urscript":
+        raise InputError(f"a Script node takes URScript, not {controller}")
+    return WRITERS[controller](program, settings)
+
+
+def start(controller: str, settings: Settings, name: str) -> str:
+    """A sentence on how a program called `name` is started."""
+    how = urscript.START_NODE if settings.script_node else _CONTROLLERS[controller][3]
+    return how.format(name=name)
+
+
+def too_long(controller: str, files: dict[str, str]) -> str:
+    """A sentence on the size of a program that may be too large; empty if it is not."""
+    size = sum(map(len, files.values()))
+    if size <= LARGE:
+        return ""
+    return (
+        f"The program has {size / 1e6:.1f} MB in {len(files)} files: see whether the controller "
+        f"has room for it{_ROOM.get(controller, '')}, or leave points out."
+    )

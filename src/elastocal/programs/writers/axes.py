@@ -98,7 +98,8 @@ def readings(
             f"the coupling is for joints {', '.join(coupling.joint_names)}, the robot has "
             f"{', '.join(robot.joint_names)}"
         )
-    values = np.round(coupling.to_controller(program.targets) * scale, decimals)
+    exact = coupling.to_controller(program.targets) * scale
+    values = np.round(exact, decimals)
     step = 10.0**-decimals
     single = (coupling.matrix != 0.0).sum(axis=1) == 1
     for j in np.flatnonzero(single).tolist():
@@ -108,6 +109,12 @@ def readings(
         low = np.round(np.ceil(lower / step - 1e-6) * step, decimals)
         high = np.round(np.floor(upper / step + 1e-6) * step, decimals)
         values[:, j] = np.clip(values[:, j], low, high)
+    far = np.abs(values - exact) > 1.001 * step + 1e-12 * np.abs(exact)
+    for i, j in np.argwhere(far).tolist():
+        raise InputError(
+            f"target {program.target_names[i]}: joint {robot.joint_names[j]!r} is at "
+            f"{exact[i, j]:.9g} at the controller, and would be written as {values[i, j]:.9g}"
+        )
     for j, joint in enumerate(robot.joints):
         if np.abs(values[:, j]).max(initial=0.0) >= largest:
             raise InputError(

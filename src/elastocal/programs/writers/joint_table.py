@@ -11,7 +11,7 @@ from __future__ import annotations
 from elastocal.errors import InputError
 from elastocal.programs.robot_program import Measure, Move, RobotProgram, Settle
 from elastocal.programs.writers.axes import axes, readings
-from elastocal.programs.writers.names import ascii_text, identifier
+from elastocal.programs.writers.names import plain, program_name
 from elastocal.programs.writers.settings import Settings
 from elastocal.programs.writers.wording import header
 
@@ -31,7 +31,8 @@ def write(program: RobotProgram, settings: Settings) -> dict[str, str]:
     )
     columns = ["step", "do", "target", "experiment", "loaded", "seconds"]
     columns += [f"{_cell(robot.joints[i].name)} [{robot.joints[i].kind.key}]" for i in layout.order]
-    lines = [f"# {_cell(line)}" for line in header(program, settings, 98, units="deg, mm")]
+    head = header(program, settings, 98, units="deg, mm", start=START)
+    lines = [f"# {_cell(line)}" for line in head]
     lines.append(",".join([*columns, "text"]))
     here, label = [""] * len(robot.joints), ""
     for number, step in enumerate(program.steps, 1):
@@ -46,10 +47,14 @@ def write(program: RobotProgram, settings: Settings) -> dict[str, str]:
             if isinstance(step, Measure):
                 do, experiment, loaded = "measure", str(step.experiment), str(int(step.loaded))
         lines.append(",".join([str(number), do, label, experiment, loaded, seconds, *here, text]))
-    name = identifier(program.name, LONGEST_NAME)
+    name = program_name(program, settings, "csv", LONGEST_NAME)
     return {f"{name}.csv": "\n".join(lines) + "\n"}
 
 
+START = "Start: this is a table for a program that moves the robot."
+
+
 def _cell(text: str) -> str:
-    plain = ascii_text(text).replace(", ", "; ").replace(",", ";")
-    return plain.replace('"', "'").replace("|", "/")
+    """Text without what splits cells; what a spreadsheet would compute is text to it."""
+    cell = plain(text).replace(", ", "; ").replace(",", ";").replace("|", "/")
+    return f"'{cell}" if cell[:1] in ("=", "+", "-", "@") else cell

@@ -1,10 +1,11 @@
 """KUKA KRL: a module of .src and .dat for KR C4 and KR C5 (KSS 8), with notes for KR C2.
 
 Names have at most 24 characters; axis values are degrees or millimetres in E6AXIS, axes that the
-robot does not have are left out and then stay where they are.
+robot does not have are left out and then stay where they are. Points have names in the .dat as long
+as there are few; a long program has them in its motions and is called page by page.
 
 Source: KRL syntax as in KUKA's quick guide for KSS 8; message structures as in the public
-reference of System.Messages.
+reference of System.Messages; frames of modules as in KUKA's templates.
 """
 
 from __future__ import annotations
@@ -12,11 +13,13 @@ from __future__ import annotations
 from elastocal.errors import InputError
 from elastocal.programs.robot_program import Ask, Measure, Move, RobotProgram, Settle, Step
 from elastocal.programs.writers.axes import Axes, axes, readings
-from elastocal.programs.writers.names import identifier, words
+from elastocal.programs.writers.names import program_name, words
+from elastocal.programs.writers.pages import page_names, paged, room
 from elastocal.programs.writers.settings import Settings
 from elastocal.programs.writers.wording import header, wrapped
 
 LONGEST_NAME = 24
+MOST_MOVES = 1000  # of a page
 MESSAGE = 78  # of 80 characters in a message
 SAY = "EC_SAY"
 RESERVED = words(
@@ -29,45 +32,87 @@ RESERVED = words(
     PATH POS PRIO PTP PTP_REL PUBLIC PULSE REAL REPEAT RESUME RETURN SCIRC SEC SIGNAL SLIN
     SPL SPLINE SPTP SREAD STRUC SWITCH SWRITE THEN TO TRIGGER TRUE UNTIL WAIT WHEN WHILE
     AXIS E6AXIS E6POS BAS HOME CELL SPS EC_SAY A1 A2 A3 A4 A5 A6 E1 E2 E3 E4 E5 E6
+    IR_STOPM P00 P00_EXT MSGLIB USER_GRP USERSPOT USER_SPS BRAKETEST BRAKETESTREQ MASREF_USER
+    BAS_COMMAND CELL_EXT H50 HW_INF SPS_USER TM_USEROUTPUT TOOL_CHANGE USR_DATA WEAV_DEF
+    NEW_SERV SERVICE STOPMESS COLLDETECT FLT_SERV BACKUP LOADDATA SUCCESS FDAT LDAT PDAT
+    KRLMSG_T KRLMSGPAR_T KRLMSGOPT_T KRLMSGDLGSK_T SET_KRLMSG SET_KRLDLG EXISTS_KRLMSG
+    CLEAR_KRLMSG GET_MSGBUFFER ABS SQRT SIN COS TAN ACOS ATAN2 INVERSE FORWARD VARSTATE
+    STRLEN STRDECLLEN STRCLEAR STRADD STRFIND STRCOMP STRCOPY TIMER CONFIG OPTION
     """
 )
 _LARGEST = 1e6
 
 
 def write(program: RobotProgram, settings: Settings) -> dict[str, str]:
-    """The two files of a KRL module."""
+    """The two files of a KRL module, and those of its pages."""
     robot = program.robot
     layout = axes(robot, settings, "KRL", 6)
+    parts = paged(program.steps, MOST_MOVES)
     points = [f"X{label}" for label in program.target_names]
-    name = identifier(program.name, LONGEST_NAME, RESERVED | set(points))
+    longest = LONGEST_NAME - room(len(parts))
+    name = program_name(program, settings, "krl", longest, RESERVED | set(points))
+    names = page_names(name, len(parts))
     values = readings(
         program, settings, "KRL", scale=robot.shown_scale, decimals=4, largest=_LARGEST
     )
-    data = [_axis_values(layout, row.tolist()) for row in values]
+    data = [f"{{{_axis_values(layout, row)}}}" for row in values.tolist()]
     trigger = _output(settings.trigger)
-    lines = ["&ACCESS RVP", "&REL 1", f"DEF {name} ( )"]
-    lines += [f"; {line}" for line in header(program, settings, 100, units="degrees, mm")]
-    lines += [f"; {line}" for line in _axis_names(program, layout)]
+    start = START.format(name=name)
+    head = header(program, settings, 100, units="degrees, mm", start=start)
+    if len(parts) > 1:
+        head += wrapped(f"It calls its {len(parts)} pages, {names[0]} to {names[-1]}.", 100)
+    head = [_comment(line) for line in head]
+    lines = [*_OPENING, f"DEF {name} ( )", *head]
+    lines += [_comment(line) for line in _axis_names(program, layout)]
     percent = max(1, round(100.0 * program.speed))
+    tool = "the empty calibration tool" if program.experiments else "the tool of the path"
     lines += [
         ";FOLD INI",
+        "  GLOBAL INTERRUPT DECL 3 WHEN $STOPMESS==TRUE DO IR_STOPM ( )",
+        "  INTERRUPT ON 3",
         "  BAS (#INITMOV,0)",
         f"  BAS (#VEL_PTP,{percent})",
         f"  BAS (#ACC_PTP,{percent})",
-        "  BAS (#TOOL,1) ; the empty calibration tool, with its load data",
+        f"  BAS (#TOOL,1) ; {tool}, with its load data",
         "  BAS (#BASE,0)",
         ";ENDFOLD (INI)",
     ]
-    for step in program.steps:
-        lines += _step(step, points, trigger)
-    lines.append("END")
-    if program.experiments:
-        lines += _SAY_SUBPROGRAM
-    declared = [f"DECL E6AXIS {p}={{{d}}}" for p, d in zip(points, data, strict=True)]
-    dat = ["&ACCESS RVP", "&REL 1", f"DEFDAT {name}"]
-    dat += [f"; {line}" for line in header(program, settings, 100, units="degrees, mm")]
-    dat += ["EXT BAS (BAS_COMMAND :IN,REAL :IN )", *declared, "ENDDAT"]
-    return {f"{name}.src": _text(lines), f"{name}.dat": _text(dat)}
+    said = _SAY_SUBPROGRAM if program.experiments else []
+    dat = [*_OPENING, f"DEFDAT {name}", *head, "EXT BAS (BAS_COMMAND :IN,REAL :IN )"]
+    if len(parts) == 1:
+        dat += [f"DECL E6AXIS {p}={d}" for p, d in zip(points, data, strict=True)]
+        lines += [line for step in program.steps for line in _step(step, points, trigger)]
+        pages = {}
+    else:
+        lines += [f"{page} ( )" for page in names]
+        pages = {
+            f"{page}.src": _text(
+                [
+                    *_OPENING,
+                    f"DEF {page} ( )",
+                    *head,
+                    *(line for step in part for line in _step(step, data, trigger)),
+                    "END",
+                    *said,
+                ]
+            )
+            for page, part in zip(names, parts, strict=True)
+        }
+        said = []
+    return {
+        f"{name}.src": _text([*lines, "END", *said]),
+        f"{name}.dat": _text([*dat, "ENDDAT"]),
+        **pages,
+    }
+
+
+_OPENING = ("&ACCESS RVP", "&REL 1")
+START = "Start: copy all files of {name} to the controller, select {name}, run it in T1 first."
+
+
+def _comment(line: str) -> str:
+    """A remark; one that begins like a fold is kept from being one."""
+    return f"; - {line}" if line.upper().startswith(("FOLD", "ENDFOLD")) else f"; {line}"
 
 
 def _text(lines: list[str]) -> str:
@@ -114,10 +159,11 @@ def _step(step: Step, points: list[str], trigger: int | None) -> list[str]:
 
 _SAY_SUBPROGRAM = [
     "",
-    f"DEF {SAY} (TEXT[] :OUT)",
+    f"DEF {SAY} (TEXT[] :IN)",
     "DECL CHAR TEXT[]",
-    "; Shows a line in the message window. On a KR C2 (KSS 5) remove the lines from",
-    "; here to END: the operator then reads the line above each HALT.",
+    "; Shows a line in the message window of KSS 8. A KR C2 (KSS 5) has no SET_KRLMSG: put a",
+    f"; semicolon before every line that begins with {SAY}, and remove the file's lines from",
+    f"; DEF {SAY} on. The operator then reads the lines above each HALT.",
     "DECL KRLMSG_T EC_MSG",
     "DECL KRLMSGPAR_T EC_PAR[3]",
     "DECL KRLMSGOPT_T EC_OPT",

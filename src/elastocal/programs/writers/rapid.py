@@ -2,6 +2,8 @@
 
 Identifiers have at most 32 characters, strings 80. Targets are jointtarget values in degrees and
 millimetres; unused external axes are 9E9, axes that an arm with fewer than six joints lacks are 0.
+Data are local, so that modules can stand side by side in one task; a long program has its targets
+in its motions and is called page by page, each page a module of its own.
 
 Source: RAPID reference manuals of ABB (instructions, data types, kernel).
 """
@@ -13,11 +15,13 @@ import re
 from elastocal.errors import InputError
 from elastocal.programs.robot_program import Ask, Measure, Move, RobotProgram, Settle, Step
 from elastocal.programs.writers.axes import ARM_AXES, Axes, axes, readings
-from elastocal.programs.writers.names import identifier, words
+from elastocal.programs.writers.names import program_name, words
+from elastocal.programs.writers.pages import page_names, paged, room
 from elastocal.programs.writers.settings import Settings
 from elastocal.programs.writers.wording import header, wrapped
 
 LONGEST_NAME = 32
+MOST_MOVES = 2000  # of a page
 DISPLAY = 40  # characters on a line of the pendant
 RESERVED = words(
     """
@@ -26,7 +30,14 @@ RESERVED = words(
     IF INOUT LOCAL MOD MODULE NOSTEPIN NOT NOVIEW OR PERS PROC RAISE READONLY RECORD RETRY
     RETURN STEP SYSMODULE TEST THEN TO TRAP TRUE TRYNEXT UNDO VAR VIEWONLY WHILE WITH XOR
     MAIN USER BASE NUM BOOL STRING JOINTTARGET ROBTARGET TOOLDATA WOBJDATA SPEEDDATA
-    ZONEDATA TOOL0 WOBJ0 FINE V1000
+    ZONEDATA TOOL0 WOBJ0 FINE LOAD0 VMAX PI HIGH LOW EDGE STEMPTY LOADDATA POS ORIENT POSE
+    CONFDATA ROBJOINT EXTJOINT SIGNALDO SIGNALDI CLOCK INTNUM ERRNUM BYTE DNUM SWITCH
+    MOVEJ MOVEL MOVEC MOVEABSJ MOVEEXTJ STOP WAITTIME WAITUNTIL WAITDI WAITDO TPWRITE TPERASE
+    TPREADFK TPREADNUM VELSET ACCSET PULSEDO SET RESET SETDO SETAO INCR DECR ADD CLEAR OPEN
+    CLOSE CONFJ CONFL SINGAREA GRIPLOAD LOAD UNLOAD BREAK OFFS RELTOOL CROBT CJOINTT CALCROBT
+    CALCJOINTT ABS SQRT SIN COS TAN ROUND TRUNC STRLEN STRPART NUMTOSTR
+    V5 V10 V20 V30 V40 V50 V60 V80 V100 V150 V200 V300 V400 V500 V600 V800 V1000 V1500 V2000
+    V2500 V3000 V4000 V5000 V6000 V7000 Z0 Z1 Z5 Z10 Z15 Z20 Z30 Z40 Z50 Z60 Z80 Z100 Z150 Z200
     """
 )
 _LARGEST = 1e6
@@ -35,30 +46,49 @@ _ANSWER = "nAnswer"
 
 
 def write(program: RobotProgram, settings: Settings) -> dict[str, str]:
-    """One module with one procedure to call."""
+    """One module with one procedure to call, and one for each page."""
     robot = program.robot
     layout = axes(robot, settings, "RAPID", 6)
+    parts = paged(program.steps, MOST_MOVES)
     points = [f"j{label}" for label in program.target_names]
-    taken = RESERVED | set(points) | {_ANSWER}
-    name = identifier(program.name, LONGEST_NAME - len(_RUN), taken)
+    longest = LONGEST_NAME - len(_RUN) - room(len(parts))
+    name = program_name(program, settings, "rapid", longest, RESERVED | set(points) | {_ANSWER})
+    names = page_names(name, len(parts))
     values = readings(
         program, settings, "RAPID", scale=robot.shown_scale, decimals=4, largest=_LARGEST
     )
+    data = [_target(layout, row) for row in values.tolist()]
     trigger = _signal(settings.trigger)
-    lines = [f"MODULE {name}"]
-    lines += [f"  ! {line}" for line in header(program, settings, 76, units="degrees, mm")]
-    lines += [f"  ! {line}" for line in _axis_names(program, layout)]
-    lines.append("  ! Replace tool0 by your tool, with its load.")
-    for point, row in zip(points, values.tolist(), strict=True):
-        lines.append(f"  CONST jointtarget {point}:={_target(layout, row)};")
-    if program.experiments:
-        lines.append(f"  VAR num {_ANSWER}:=0;")
+    head = header(program, settings, 76, units="degrees, mm", start=START.format(name=name))
+    if len(parts) > 1:
+        pages = f"{names[0]} to {names[-1]}"
+        head += wrapped(f"It calls its {len(parts)} pages, the modules {pages}.", 76)
+    head += [*_axis_names(program, layout), "Replace tool0 by your tool, with its load."]
+    top = [f"  ! {line}" for line in head]
+    answer = [f"  LOCAL VAR num {_ANSWER}:=0;"] if program.experiments else []
     percent = max(1, round(100.0 * program.speed))
-    lines += ["", f"  PROC {_RUN}{name}()", f"    VelSet {percent},1000;"]
-    for step in program.steps:
-        lines += [f"    {line}" for line in _step(step, points, trigger)]
-    lines += ["    VelSet 100,5000;", "  ENDPROC", "ENDMODULE"]
-    return {f"{name}.mod": "\n".join(lines) + "\n"}
+    lines = [f"MODULE {name}", *top]
+    files = {}
+    if len(parts) == 1:
+        for point, target in zip(points, data, strict=True):
+            lines.append(f"  LOCAL CONST jointtarget {point}:={target};")
+        lines += answer
+        body = [line for step in program.steps for line in _step(step, points, trigger)]
+    else:
+        body = [f"{_RUN}{page};" for page in names]
+        for page, part in zip(names, parts, strict=True):
+            inside = [line for step in part for line in _step(step, data, trigger)]
+            files[f"{page}.mod"] = _module([f"MODULE {page}", *top, *answer], page, inside)
+    body = [f"VelSet {percent},1000;", *body, "VelSet 100,5000;"]
+    return {f"{name}.mod": _module(lines, name, body), **files}
+
+
+START = "Start: load every module of {name} into the task that moves the robot, call Run_{name}."
+
+
+def _module(head: list[str], name: str, body: list[str]) -> str:
+    inside = ["", f"  PROC {_RUN}{name}()", *(f"    {line}" for line in body), "  ENDPROC"]
+    return "\n".join([*head, *inside, "ENDMODULE"]) + "\n"
 
 
 def _target(layout: Axes, row: list[float]) -> str:

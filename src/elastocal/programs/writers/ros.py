@@ -1,14 +1,13 @@
 """ROS 2: trajectory_msgs/msg/JointTrajectory messages as YAML documents. Radians, metres, seconds.
 
 A trajectory cannot wait for an operator, so there is one document for each motion from stop to
-stop; what to do there is in the comments before the next one.
+stop; what to do there is in the comments before the next one. Long motions are several documents,
+since each point is one of rest.
 
 Source: definition of trajectory_msgs/JointTrajectory and JointTrajectoryPoint.
 """
 
 from __future__ import annotations
-
-import json
 
 import numpy as np
 
@@ -16,11 +15,12 @@ from elastocal.arrays import Array
 from elastocal.errors import InputError
 from elastocal.programs.robot_program import Ask, Measure, Move, RobotProgram, Settle, Step
 from elastocal.programs.writers.axes import readings
-from elastocal.programs.writers.names import identifier
+from elastocal.programs.writers.names import program_name
 from elastocal.programs.writers.settings import Settings
 from elastocal.programs.writers.wording import header, wrapped
 
 LONGEST_NAME = 64
+MOST_POINTS = 1000  # of a document
 FULL_SPEED = np.pi  # rad/s at 100 %
 FULL_SLIDING_SPEED = 1.0  # m/s at 100 %
 SHORTEST = 0.1  # s
@@ -33,12 +33,12 @@ def write(program: RobotProgram, settings: Settings) -> dict[str, str]:
     if settings.trigger:
         raise InputError("a ROS trajectory cannot set outputs; leave the trigger out")
     robot = program.robot
-    name = identifier(program.name, LONGEST_NAME)
+    name = program_name(program, settings, "ros", LONGEST_NAME)
     ones = np.ones(len(robot.joints))
     values = readings(program, settings, "ROS", scale=ones, decimals=9, largest=_LARGEST)
     full = np.where(robot.prismatic, FULL_SLIDING_SPEED, FULL_SPEED) * program.speed
-    lines = [f"# {line}" for line in header(program, settings, 98, units="rad, m")]
-    lines += [f"# {line}" for line in wrapped(_HOW, 98)]
+    head = header(program, settings, 98, units="rad, m", start=START)
+    lines = [f"# {line}" for line in head]
     here: Array | None = None
     for motion, said in _motions(program.steps):
         if motion:
@@ -49,16 +49,17 @@ def write(program: RobotProgram, settings: Settings) -> dict[str, str]:
     return {f"{name}.yaml": "\n".join(lines) + "\n"}
 
 
-_HOW = (
-    "One document for each motion, to be sent in this order. Do what the comment after a document "
-    "says before the next one is sent. Each motion starts and ends at rest; have it retimed if the "
+START = (
+    "Start: send one document after the other, in this order. Do what the comment after a document "
+    "says before the next one is sent. Each motion starts and ends at rest. Have it retimed if the "
     "robot's limits are lower."
 )
 
 
 def _quoted(name: str) -> str:
-    """The very name, in ASCII: YAML reads JSON's escapes."""
-    return json.dumps(name)
+    """The very name, in ASCII, as YAML escapes it."""
+    signs = (c if " " <= c <= "~" and c not in '"\\' else f"\\U{ord(c):08X}" for c in name)
+    return f'"{"".join(signs)}"'
 
 
 def _motions(steps: tuple[Step, ...]) -> list[tuple[list[Move | Settle], list[str]]]:
@@ -70,7 +71,7 @@ def _motions(steps: tuple[Step, ...]) -> list[tuple[list[Move | Settle], list[st
         elif isinstance(step, Settle) and found[-1][1]:
             found[-1][1].append(f"Wait {step.seconds:g} s.")
         else:
-            if found[-1][1]:
+            if found[-1][1] or len(found[-1][0]) >= MOST_POINTS:
                 found.append(([], []))
             found[-1][0].append(step)
     return found

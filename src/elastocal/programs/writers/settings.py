@@ -19,11 +19,21 @@ class Settings:
             a robot with more than six joints.
         trigger: Output that starts a measurement: a number, or a signal name for RAPID; empty if
             the operator does it.
+        name: What the program has to be called; empty to make a name of the program's own and of
+            what it was made from, which no other program has.
+        script_node: Whether URScript is for a Script node, which calls nothing by itself.
     """
 
     coupling: Coupling | None = None
     external: tuple[str, ...] | None = None
     trigger: str = ""
+    name: str = ""
+    script_node: bool = False
+
+    @property
+    def converted(self) -> bool:
+        """Whether the controller shows other joint values than the model has."""
+        return self.coupling is not None and not self.coupling.is_identity
 
 
 Writer = Callable[[RobotProgram, Settings], dict[str, str]]

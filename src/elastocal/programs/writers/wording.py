@@ -5,7 +5,7 @@ from __future__ import annotations
 import textwrap
 
 from elastocal.programs.robot_program import RobotProgram
-from elastocal.programs.writers.names import ascii_text
+from elastocal.programs.writers.names import plain
 from elastocal.programs.writers.settings import Settings
 from elastocal.writing import signature
 
@@ -21,27 +21,27 @@ LOAD_DATA = (
 )
 
 
-def header(program: RobotProgram, settings: Settings, width: int, *, units: str) -> list[str]:
+def header(
+    program: RobotProgram, settings: Settings, width: int, *, units: str, start: str = ""
+) -> list[str]:
     """Lines of a file's header without comment signs, none longer than `width` >= 32."""
     source = program.provenance
-    origin = f"Made by {source.made_by} from {source.study or program.name!r}"
-    if source.digest:
-        origin += f", plan sha256 {source.digest[:16]}"
-    whose = "as in the model" if settings.coupling is None else "converted for the controller"
+    whose = "converted for the controller" if settings.converted else "as in the model"
     sentences = [
         program.purpose,
-        f"{origin}.",
+        f"Made by {source.made_by}{f' from {source.study}' if source.study else ''}.",
+        *(f"{what} sha256 {digest[:16]}" for what, digest in source.sources),
+        start,
         f"Robot: {program.robot.name}. Joint values: {units}, {whose}.",
         *program.notes,
         f"{SAFETY} {WATCHED if program.watched else UNWATCHED}",
     ]
     if program.experiments:
         sentences.append(LOAD_DATA)
-    lines = [line for sentence in sentences for line in wrapped(sentence, width)]
+    lines = [line for sentence in sentences for line in wrapped(sentence, width) if line]
     return [*lines, signature("program")]
 
 
 def wrapped(text: str, width: int) -> list[str]:
-    """ASCII text in lines of at most `width` characters; no quotes, which end strings."""
-    plain = ascii_text(text).replace('"', "'").replace("\\", "/")
-    return textwrap.wrap(plain, width, break_on_hyphens=False) or [""]
+    """Harmless text, see `names.plain`, in lines of at most `width` characters."""
+    return textwrap.wrap(plain(text), width, break_on_hyphens=False) or [""]

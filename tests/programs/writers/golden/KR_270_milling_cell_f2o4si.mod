@@ -1,7 +1,9 @@
-MODULE KR_270_milling_cell
+MODULE KR_270_milling_cell_f2o4si
   ! Calibration campaign: 4 experiments in 3 configurations.
-  ! Made by elastocal 0.1.0 from 'KR 270 milling cell', plan sha256
-  ! 0123456789abcdef.
+  ! Made by elastocal 0.1.0 from KR 270 milling cell.
+  ! plan sha256 0123456789abcdef
+  ! Start: load every module of KR_270_milling_cell_f2o4si into the task that
+  ! moves the robot, call Run_KR_270_milling_cell_f2o4si.
   ! Robot: kuka-kr270. Joint values: degrees, mm, as in the model.
   ! Forces act at the load point of the tool, in the axes of the robot base.
   ! No home position: the first motion starts where the robot stands.
@@ -12,15 +14,15 @@ MODULE KR_270_milling_cell
   ! elastocal program 000000000000
   ! Axes: rax_1 A1, rax_2 A2, rax_3 A3, rax_4 A4, rax_5 A5, rax_6 A6.
   ! Replace tool0 by your tool, with its load.
-  CONST jointtarget jAP1:=[[-0.5000,-51.2922,62.5588,-32.0611,101.1598,-94.2903],[9E9,9E9,9E9,9E9,9E9,9E9]];
-  CONST jointtarget jP1:=[[0.0000,-50.7922,63.0588,-32.5611,101.6598,-93.7903],[9E9,9E9,9E9,9E9,9E9,9E9]];
-  CONST jointtarget jAP2:=[[-0.5000,-55.9571,-72.9034,-118.8938,-57.0916,-179.7668],[9E9,9E9,9E9,9E9,9E9,9E9]];
-  CONST jointtarget jP2:=[[0.0000,-55.4571,-72.4034,-119.3938,-56.5916,-179.2668],[9E9,9E9,9E9,9E9,9E9,9E9]];
-  CONST jointtarget jAP3:=[[-0.5000,-2.1852,-4.2994,-57.7496,39.0358,168.3163],[9E9,9E9,9E9,9E9,9E9,9E9]];
-  CONST jointtarget jP3:=[[0.0000,-1.6852,-3.7994,-58.2496,39.5358,168.8163],[9E9,9E9,9E9,9E9,9E9,9E9]];
-  VAR num nAnswer:=0;
+  LOCAL CONST jointtarget jAP1:=[[-0.5000,-51.2922,62.5588,-32.0611,101.1598,-94.2903],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  LOCAL CONST jointtarget jP1:=[[0.0000,-50.7922,63.0588,-32.5611,101.6598,-93.7903],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  LOCAL CONST jointtarget jAP2:=[[-0.5000,-55.9571,-72.9034,-118.8938,-57.0916,-179.7668],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  LOCAL CONST jointtarget jP2:=[[0.0000,-55.4571,-72.4034,-119.3938,-56.5916,-179.2668],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  LOCAL CONST jointtarget jAP3:=[[-0.5000,-2.1852,-4.2994,-57.7496,39.0358,168.3163],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  LOCAL CONST jointtarget jP3:=[[0.0000,-1.6852,-3.7994,-58.2496,39.5358,168.8163],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  LOCAL VAR num nAnswer:=0;
 
-  PROC Run_KR_270_milling_cell()
+  PROC Run_KR_270_milling_cell_f2o4si()
     VelSet 10,1000;
     MoveAbsJ jAP1\NoEOffs,v1000,fine,tool0;
     MoveAbsJ jP1\NoEOffs,v1000,fine,tool0;

@@ -1,7 +1,9 @@
-MODULE Schiene_Zelle_3_Sud
+MODULE Schiene_Zelle_3_Sud_nzdjwo
   ! Calibration campaign: 3 experiments in 2 configurations.
-  ! Made by elastocal 0.1.0 from 'Schiene - Zelle 3 (Sud)', plan sha256
-  ! 0123456789abcdef.
+  ! Made by elastocal 0.1.0 from Schiene - Zelle 3 (Sud).
+  ! plan sha256 0123456789abcdef
+  ! Start: load every module of Schiene_Zelle_3_Sud_nzdjwo into the task that
+  ! moves the robot, call Run_Schiene_Zelle_3_Sud_nzdjwo.
   ! Robot: arm on a rail. Joint values: degrees, mm, as in the model.
   ! Forces act at the load point of the tool, in the axes of the robot base.
   ! SAFETY: check this program at low speed in manual mode first. Motions
@@ -11,14 +13,14 @@ MODULE Schiene_Zelle_3_Sud
   ! elastocal program 000000000000
   ! Axes: rax_1 J2, rax_2 J3, rax_3 J4, rax_4 J5, rax_5 J6, rax_6 J7, eax_a S1.
   ! Replace tool0 by your tool, with its load.
-  CONST jointtarget jH0:=[[0.0000,0.0000,0.0000,0.0000,0.0000,0.0000],[0.0000,9E9,9E9,9E9,9E9,9E9]];
-  CONST jointtarget jAP1:=[[5.2296,-11.9592,16.6887,-23.4183,28.1479,-34.8775],[1233.5679,9E9,9E9,9E9,9E9,9E9]];
-  CONST jointtarget jP1:=[[5.7296,-11.4592,17.1887,-22.9183,28.6479,-34.3775],[1234.5679,9E9,9E9,9E9,9E9,9E9]];
-  CONST jointtarget jAP2:=[[62.5254,68.2549,-74.9845,79.7141,-86.4437,177.1169],[499.0000,9E9,9E9,9E9,9E9,9E9]];
-  CONST jointtarget jP2:=[[63.0254,68.7549,-74.4845,80.2141,-85.9437,177.6169],[500.0000,9E9,9E9,9E9,9E9,9E9]];
-  VAR num nAnswer:=0;
+  LOCAL CONST jointtarget jH0:=[[0.0000,0.0000,0.0000,0.0000,0.0000,0.0000],[0.0000,9E9,9E9,9E9,9E9,9E9]];
+  LOCAL CONST jointtarget jAP1:=[[5.2296,-11.9592,16.6887,-23.4183,28.1479,-34.8775],[1233.5679,9E9,9E9,9E9,9E9,9E9]];
+  LOCAL CONST jointtarget jP1:=[[5.7296,-11.4592,17.1887,-22.9183,28.6479,-34.3775],[1234.5679,9E9,9E9,9E9,9E9,9E9]];
+  LOCAL CONST jointtarget jAP2:=[[62.5254,68.2549,-74.9845,79.7141,-86.4437,177.1169],[499.0000,9E9,9E9,9E9,9E9,9E9]];
+  LOCAL CONST jointtarget jP2:=[[63.0254,68.7549,-74.4845,80.2141,-85.9437,177.6169],[500.0000,9E9,9E9,9E9,9E9,9E9]];
+  LOCAL VAR num nAnswer:=0;
 
-  PROC Run_Schiene_Zelle_3_Sud()
+  PROC Run_Schiene_Zelle_3_Sud_nzdjwo()
     VelSet 25,1000;
     MoveAbsJ jH0\NoEOffs,v1000,fine,tool0;
     MoveAbsJ jAP1\NoEOffs,v1000,fine,tool0;
