@@ -25,6 +25,7 @@ test_poses:
   - {name: task, tool: tip, q_deg: [0, 60, -45], force_N: [0, 290, -960]}
 experiments: {tool: tip, force_N: [0, 0, -1000], count: 4}
 instrument: {sigma_mm: 0.1}
+constraints: {collision: off, floor: off}
 """
 """A study of the three-link arm that leaves J1 to a second campaign."""
 MARKERS = Tool(

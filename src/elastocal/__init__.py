@@ -38,6 +38,7 @@ _PUBLIC = {
     "MinRadius": "elastocal.constraints",
     "Elevation": "elastocal.constraints",
     "Tilt": "elastocal.constraints",
+    "default_clearances": "elastocal.constraints.cell",
     "TestPose": "elastocal.study.study",
     "test_pose": "elastocal.study.study",
     "TestPath": "elastocal.study.test_path",

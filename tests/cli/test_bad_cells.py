@@ -20,7 +20,8 @@ from tests.cli.test_bad_studies import GOOD, TRACKER, run
 TABLE = "{name: table, box_mm: [1200, 1600, 700], center_mm: [1700, 0, 350]}"
 MESH = "{name: cage, mesh: cage.stl, mesh_unit: mm, center_mm: [3000, 0, 0]}"
 HOME = "motion: {home_deg: [0, -90, 90, 0, 0, 0]}\n"
-CELL = GOOD + f"  obstacles:\n    - {TABLE}\n    - {MESH}\n  collision: {{margin_mm: 20}}\n{HOME}"
+CELL = GOOD.replace("  collision: off\n  floor: off\n", "")
+CELL += f"  obstacles:\n    - {TABLE}\n    - {MESH}\n  collision: {{margin_mm: 20}}\n{HOME}"
 
 # what is edited: (old, new); what must be in the sentence; exit code
 CASES: dict[str, tuple[str, str, list[str], int]] = {

@@ -26,6 +26,8 @@ instrument: {sigma_mm: 0.03}
 constraints:
   workspace: {min_z_mm: 800, min_radius_mm: 600}
   elevation: {axis: z, max_deg: 30}
+  collision: off
+  floor: off
 """
 POSE = "  - {tool: milling, q_deg: [0, -56.9, 89.3, 45.1, 76, 57.2], force_N: [0, 280, -180]}"
 DH = "robot: {convention: modified, dh: [{joint: A1, type: prismatic, limits_deg: [0, 9]}]}"

@@ -51,8 +51,8 @@ def test_every_controller(plan: Path, controller: str) -> None:
     result = run("export", plan, "--to", controller, "--out", plan.parent)
     assert result.exit_code == 0, result.stderr
     events = PARSERS[controller](read(plan.parent))
-    assert [kind for kind, _ in events].count("move") == 7
-    for words in ("3 experiments in 2 configurations", "AP2", "7 motions", "Check the program"):
+    assert [kind for kind, _ in events].count("move") == 8, "from home to home"
+    for words in ("3 experiments in 2 configurations", "AP2", "8 motions", "Check the program"):
         assert words in result.stdout
     assert all(
         str(plan.parent / name) in result.stdout.replace("\n", "") for name in read(plan.parent)
@@ -98,7 +98,7 @@ def test_joint_values_of_the_controller(plan: Path) -> None:
     assert "Joint values are the model" not in result.stdout
     plain, shown = (PARSERS["fanuc"]({n: read(folder)[n]}) for n in ("A.ls", "B.ls"))
     assert shown[0][1] == pytest.approx([0, -60, -5, 0, 20, 0], abs=1e-4)
-    q, q_shown = plain[1][1], shown[2][1]
+    q, q_shown = plain[2][1], shown[2][1]
     assert q_shown == pytest.approx([q[0], q[1], -q[2] - q[1], *q[3:5], q[5] + 10], abs=2e-4)
 
 

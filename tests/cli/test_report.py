@@ -20,6 +20,7 @@ test_poses:
   - {tool: tip, q_deg: [0, 60, -45], force_N: [0, 290, -960]}
 experiments: {tool: tip, max_force_N: 1000, direction: free, count: 6}
 instrument: {sigma_mm: 0.02}
+constraints: {collision: off, floor: off}
 """
 PATH = """\
 point,J1 [deg],J2 [deg],J3 [deg],Fx [N],Fy [N],Fz [N]

@@ -92,8 +92,9 @@ def test_what_always_touches_is_left_out_and_listed() -> None:
     left = watched([])["itself"].unwatched
     told = {(x.first, x.second): x.why for x in left}
     assert told[("A1", "A2")] == "neighbours"
-    assert told[("A2", "A4")] == "always-touch"
+    assert told[("A4", "A5")] == "neighbours"
     assert ("A1", "A4") not in told
+    assert ("A2", "A4") not in told, "the outer part of the forearm is watched"
 
 
 def test_nothing_is_left_out_that_is_free_somewhere() -> None:

@@ -51,12 +51,13 @@ GRADIENT = 1e-8
 def cell() -> tuple[Clearance, ...]:
     robot = kuka_kr270()
     obstacles = [
-        Shape("box", np.array([1.2, 1.6, 0.7]), transform(None, (1.7, 0.3, 0.35)), 0, "table"),
+        Shape("box", np.array([1.2, 1.6, 0.7]), transform(None, (1.7, 0.25, 0.35)), 0, "table"),
         Shape("sphere", np.array([0.9]), transform(None, (0.5, 2.15, 1.1)), 0, "tank"),
         Shape("capsule", np.array([0.3, 3.0]), transform(None, (-1.5, 0.4, 1.4)), 0, "post"),
     ]
     limits = np.array([robot.lower, robot.upper])
-    return clearances(robot, robot.tools["calibration"], limits, obstacles, CollisionRules())
+    rules = CollisionRules(floor=0.9, link_radius=0.1617)
+    return clearances(robot, robot.tools["calibration"], limits, obstacles, rules)
 
 
 CONSTRAINTS |= {constraint.name: constraint for constraint in cell()}
@@ -66,7 +67,7 @@ TRACKER = np.array([3.2, -0.8, 1.3])
 
 def sight() -> LineOfSight:
     """Past everything in the cell above, and what the robot has of itself."""
-    solids = {id(s): s for c in cell() for s in c.pairs.solids}
+    solids = {id(s): s for c in cell() for s in c.pairs.solids if s.kind != "plane"}
     robot = kuka_kr270()
     return LineOfSight("line of sight", "M1", POINT, TRACKER, list(solids.values()), robot)
 

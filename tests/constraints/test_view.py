@@ -60,12 +60,13 @@ constraints:
   obstacles:
     - {name: pillar, box_mm: [300, 300, 3000], center_mm: [2500, -900, 1500]}
   collision: {self: no}
+  floor: off
 """
 OPEN = "\n".join(
     line
     for line in STUDY.replace("leica-at500", "leica-at500\n    line_of_sight: no").splitlines()
     if not any(key in line for key in ("marker_axes", "acceptance", "range_mm", "elevation_deg"))
-    and not any(key in line for key in ("azimuth", "obstacles", "pillar", "collision"))
+    and not any(key in line for key in ("azimuth", "obstacles", "pillar"))
 )
 POSITION = np.array([3.5, -1.0, 1.2])
 LIGHT = Effort(batch=32, generations=3, patience=2, islands=1)

@@ -22,6 +22,7 @@ test_poses:
   - {tool: milling, q_deg: [0, -56.9, 89.3, 45.1, 76, 57.2], force_N: [0, 280, -180]}
 experiments: {tool: plate, force_N: [0, 0, -2500], count: 3}
 instrument: {sigma_mm: 0.03}
+constraints: {collision: off, floor: off}
 """
 JOINTS = tuple(f"A{i}" for i in range(1, 7))
 

@@ -39,6 +39,8 @@ instrument: {sigma_mm: 0.1}
 constraints:
   joint_limits_deg: {J1: [10, 10], J2: [-90, 90]}
   joint_margin_deg: 2
+  collision: off
+  floor: off
 """
 
 
@@ -68,7 +70,9 @@ def test_a_plan_keeps_it_and_says_nothing_of_it(plan: ec.Plan) -> None:
     assert plan.turns_with_load == ""
     assert not plan.assessment.violations
     assert all(near.name.startswith(("J2", "J3")) for near in plan.assessment.nearest)
-    free = ec.plan(study("constraints:\n  joint_margin_deg: 2\n"), effort=LIGHT)
+    free = ec.plan(
+        study("constraints:\n  joint_margin_deg: 2\n  collision: off\n  floor: off\n"), effort=LIGHT
+    )
     assert free.turns_with_load == "J1"
     assert plan.assessment.rho0 >= free.certificate.lower_bound * (1.0 - 1e-9)
 

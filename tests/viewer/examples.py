@@ -32,6 +32,7 @@ constraints:
   workspace: {min_z_mm: 500}
   obstacles: [{name: table, box_mm: [800, 800, 200], center_mm: [2000, 0, 100]}]
   collision: {self: false}
+  floor: off
 """
 
 

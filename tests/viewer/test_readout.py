@@ -50,8 +50,8 @@ def test_position_and_margins_are_those_of_the_constraints() -> None:
     assert readout.position == pytest.approx((flange @ [*stop.tool.markers[0], 1.0])[:3])
     posture = Posture(subject.study.robot, stop.q[None])
     for room, constraint in zip(readout.rooms, subject.study.constraints, strict=False):
-        assert room.name == constraint.name
-        assert room.margin == pytest.approx(float(constraint.at(posture)[0][0]))
+        assert room.name == constraint.names_at(posture)[0]
+        assert room.margin == pytest.approx(float(constraint.room(posture)[0]))
     joints = readout.rooms[len(subject.study.constraints) :]
     assert len(joints) == len(subject.study.robot.joints)
     low, high = subject.study.limits

@@ -123,7 +123,23 @@ def test_every_code_has_its_sentence() -> None:
         (
             Doubt("home-blocked", (), ("wall", "ball"), MOTION | {"distance": 0.005}),
             "home is no place to start from: the robot passes wall with ball at 5 mm; give "
-            "another one in motion: home_deg",
+            "another one in motion: home_deg, or do not watch the two: constraints: "
+            "{collision: {ignore: [[ball, wall]]}}",
+        ),
+        (
+            Doubt("home-blocked", (), ("floor", "A3"), MOTION | {"distance": -0.005}),
+            "home is no place to start from: the robot hits floor with A3 by 5 mm; give another "
+            "one in motion: home_deg, or do not watch the two: constraints: {floor: off}",
+        ),
+        (
+            Doubt("chain-as-capsules", (), (), {"least": 0.1, "most": 0.14}),
+            "the robot is watched as capsules from joint to joint, 100 to 140 mm in radius; "
+            "constraints: {collision: {link_radius_mm: …}} says how thick",
+        ),
+        (
+            Doubt("chain-as-capsules", ("a", "b"), (), {"least": 0.1, "most": 0.1}),
+            "a, b, whose shapes were not read, are watched as capsules from joint to joint, 100 mm "
+            "in radius; constraints: {collision: {link_radius_mm: …}} says how thick",
         ),
         (
             Doubt("too-few-configurations", ("A1", "A2"), (), {"count": 2, "needed": 3}),

@@ -90,6 +90,9 @@ def check_command(
                 "remarks": [*study.robot.remarks, *map(worded, checkup.doubts)],
                 "doubts": doubt_entries(checkup.doubts),
                 "check_poses": _pose_deviations(study, checkup),
+                "watched": list(checkup.watch.watched),
+                "not_watched": list(checkup.watch.unwatched),
+                "watched_as": [worded(made_do) for made_do in checkup.watch.made_do],
                 "unwatched_contacts": [worded(contacts) for contacts in checkup.unwatched],
                 "problem": None if checkup.problem is None else str(checkup.problem),
             }

@@ -1,29 +1,43 @@
 """The cell around a robot: what must not touch what, as constraints.
 
-In: robot, tool, joint limits, obstacles, rules. Out: one `Clearance` for every obstacle, and one
-for the robot itself. Each knows which pairs it does not watch, and why.
+In: robot, tool, joint limits, obstacles, rules. Out: one `Clearance` for every obstacle, one for
+the floor and one for the robot itself. Each knows which pairs it does not watch, and why.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 from elastocal.arrays import Array
-from elastocal.constraints import Clearance
-from elastocal.constraints.collision.chain import robot_solids, tool_solids
+from elastocal.constraints.clearance import Clearance
+from elastocal.constraints.collision.chain import (
+    LINK_SHARE,
+    Radii,
+    robot_solids,
+    solids_at_hand,
+    tool_solids,
+)
 from elastocal.constraints.collision.coal_distance import coal
 from elastocal.constraints.collision.contacts import obstacle_pairs, self_pairs
-from elastocal.constraints.collision.solid import Solid, solids_of
+from elastocal.constraints.collision.solid import Solid, plane, solids_of
 from elastocal.errors import Doubt, InputError
 from elastocal.robot.chain import Robot, Tool
+from elastocal.robot.posture import Posture
+from elastocal.robot.reach import first_turning, reach_of
 from elastocal.robot.shapes import Shape
 from elastocal.wording import worded
 
 ITSELF = "itself"
 """What the robot is called as an obstacle to its own motion."""
+FLOOR = "floor"
+"""What the floor is called; an obstacle of that name takes its place."""
 
-_GAP = 0.1  # room [m] between the margin around the wrist and where the tool is watched
+_UPRIGHT = float(np.cos(np.radians(1.0)))  # how near to vertical an axis is
 
 
 @dataclass(frozen=True)
@@ -34,23 +48,73 @@ class CollisionRules:
         margin: Distance to keep at the poses of a plan [m].
         motion_margin: Distance to keep while moving between them [m]; None for half of `margin`.
         itself: Whether the robot must not touch itself.
-        ignore: Pairs of names that may touch: joints, links, "base", "tool", obstacles.
+        floor: Height of the floor in the base frame [m]; None where none is watched.
+        ignore: Pairs of names that may touch: joints, links, "base", "tool", "floor", obstacles.
         as_capsules: Whether to put capsules around the shapes of the links: larger, and faster.
-        link_radius: Radius of the capsules of a robot without shapes [m]: of all, or by joint.
+        at_hand: Whether shapes that cannot be read are left to capsules along the chain.
+        link_radius: Radius of the capsules of a robot without shapes.
     """
 
     margin: float = 0.02
     motion_margin: float | None = None
     itself: bool = True
+    floor: float | None = None
     ignore: tuple[tuple[str, str], ...] = ()
     as_capsules: bool = False
-    link_radius: float | Mapping[str, float] | None = None
+    at_hand: bool = False
+    link_radius: Radii = None
+
+
+def usual_rules(robot: Robot, gravity: ArrayLike = (0.0, 0.0, 0.0)) -> CollisionRules:
+    """What counts as a collision if nothing is said: see `default_clearances`."""
+    floor = 0.0 if stands_upright(robot, gravity) else None
+    return CollisionRules(floor=floor, as_capsules=True, at_hand=True)
+
+
+def default_clearances(
+    robot: Robot,
+    tool: Tool,
+    limits: ArrayLike | None = None,
+    gravity: ArrayLike = (0.0, 0.0, 0.0),
+) -> tuple[Clearance, ...]:
+    """What study files watch if they say nothing, for the constraints of a `Study`.
+
+    The robot keeps 20 mm from itself: capsules around its shapes, or along its chain. Where its
+    first axis stands upright, links and tool keep as much from a floor at z = 0 of the base frame.
+    Nothing is refused, and no package is needed.
+
+    Args:
+        robot: The robot.
+        tool: What it carries in the experiments.
+        limits: (2, n) joint limits [rad or m]; the robot's if not given.
+        gravity: (3,) acceleration in the base frame [m/s²], if it is known.
+    """
+    room = np.array([robot.lower, robot.upper]) if limits is None else np.asarray(limits)
+    return clearances(robot, tool, room, (), usual_rules(robot, gravity))
+
+
+def stands_upright(robot: Robot, gravity: ArrayLike = (0.0, 0.0, 0.0)) -> bool:
+    """Whether a robot stands on a level floor at z = 0 of its base frame, as far as can be told.
+
+    Its first axis that turns is vertical, the next joint does not hang below it, and stands so
+    high that its links have room over the floor; gravity, if it is known, points down.
+    """
+    first, down = first_turning(robot), np.asarray(gravity, dtype=float)
+    if first == len(robot.joints) or -down[2] < _UPRIGHT * float(np.linalg.norm(down)):
+        return False
+    posture = Posture(robot, np.zeros((1, len(robot.joints))))
+    foot, shoulder = posture.origins[2, first, 0], posture.bodies[first + 1][3, :, 0]
+    turned = posture.bodies[first + 1][:3, :, 0]
+    shoulder = shoulder + robot.links[first + 1][:3, 3] @ turned
+    vertical = abs(posture.axes[2, first, 0]) >= _UPRIGHT
+    high = max(foot, LINK_SHARE * reach_of(robot) + CollisionRules.margin)
+    return bool(vertical and shoulder[2] >= high - 1e-3)
 
 
 def clearances(
     robot: Robot, tool: Tool, limits: Array, obstacles: Sequence[Shape], rules: CollisionRules
 ) -> tuple[Clearance, ...]:
-    """Constraints that keep a robot with its tool clear of obstacles and of itself.
+    """Constraints that keep a robot with its tool clear of obstacles, the floor and itself.
 
     Args:
         robot: The robot; without collision shapes it gets capsules along its chain.
@@ -62,35 +126,43 @@ def clearances(
     Raises:
         InputError: a mesh cannot be used, a name is not known, or a package is missing.
     """
-    links = robot_solids(robot, rules.link_radius, as_capsules=rules.as_capsules)
+    links, made_do = _links(robot, rules)
     solids = [*links, *tool_solids(robot, tool)]
     things = [_solids_of(shape) for shape in obstacles]
     _check_names(robot, rules, solids, [shape.name for shape in obstacles])
-    if not all(solid.exact for solid in [*solids, *(s for part in things for s in part)]):
+    watched = [*solids, *(s for part in things for s in part)]
+    if (rules.itself or things) and not all(solid.exact for solid in watched):
         coal()  # say now that it is missing, not in the midst of planning
+    keep = partial(
+        Clearance, margin=rules.margin, motion_margin=rules.motion_margin, made_do=made_do
+    )
     outer = [solid for solid in solids if not solid.covered]
+    against = partial(obstacle_pairs, robot, limits, outer, ignore=rules.ignore)
     found = []
     for shape, parts in zip(obstacles, things, strict=True):
-        pairs, left = obstacle_pairs(robot, limits, outer, parts, rules.ignore)
-        found.append(
-            Clearance(
-                shape.name,
-                pairs,
-                rules.margin,
-                motion_margin=rules.motion_margin,
-                obstacle=shape,
-                unwatched=left,
-            )
-        )
+        pairs, left = against(parts)
+        found.append(keep(shape.name, pairs, obstacle=shape, unwatched=left))
+    if rules.floor is not None:
+        pairs, left = against([plane(FLOOR, rules.floor)], margin=rules.margin)
+        found.append(keep(FLOOR, pairs, height=rules.floor, unwatched=left))
     if rules.itself:
-        also = _outside_the_wrist(robot, tool, links, rules.margin)
-        pairs, left = self_pairs(robot, limits, solids, rules.ignore, also, rules.margin)
-        found.append(
-            Clearance(
-                ITSELF, pairs, rules.margin, motion_margin=rules.motion_margin, unwatched=left
-            )
-        )
+        pairs, left = self_pairs(robot, limits, solids, rules.ignore, rules.margin)
+        found.append(keep(ITSELF, pairs, unwatched=left))
     return tuple(found)
+
+
+def _links(robot: Robot, rules: CollisionRules) -> tuple[list[Solid], tuple[Doubt, ...]]:
+    """The solids of the robot, and what stands in for its shapes."""
+    if robot.collisions and not rules.at_hand:
+        return robot_solids(robot, as_capsules=rules.as_capsules), ()
+    links, lost = solids_at_hand(robot, rules.link_radius)
+    along = [s for s in links if not robot.collisions or s.name == s.joint]
+    made_do = [Doubt("shapes-as-capsules")] if len(along) < len(links) else []
+    if lost or not robot.collisions:
+        radii = [solid.radius for solid in along]
+        thick = {"least": min(radii, default=0.0), "most": max(radii, default=0.0)}
+        made_do.append(Doubt("chain-as-capsules", lost, numbers=thick, unit="m"))
+    return links, tuple(made_do)
 
 
 def _solids_of(obstacle: Shape) -> list[Solid]:
@@ -101,33 +173,20 @@ def _solids_of(obstacle: Shape) -> list[Solid]:
         raise error.with_doubts(Doubt("unusable-shape", (obstacle.name,))) from None
 
 
-def _outside_the_wrist(
-    robot: Robot, tool: Tool, links: list[Solid], margin: float
-) -> list[tuple[Solid, Solid]]:
-    """The outer part of a tool that begins inside the round end of the forearm, with the forearm.
-
-    As a whole the two always touch; what can be told is whether the tool folds back.
-    """
-    forearm = [solid for solid in links if not solid.covered][-1]
-    if robot.collisions or forearm.body == len(robot.joints):
-        return []
-    beyond = forearm.radius + tool.radius + margin + _GAP
-    return [(solid, forearm) for solid in tool_solids(robot, tool, beyond=beyond)]
-
-
 def _check_names(
     robot: Robot, rules: CollisionRules, solids: list[Solid], obstacles: list[str]
 ) -> None:
     """Refuse names that mean nothing, and obstacles that share a name."""
+    taken = [] if rules.floor is None else [FLOOR]
     own = list(dict.fromkeys([*robot.joint_names, "base", *(s.name for s in solids)]))
     for i, name in enumerate(obstacles):
-        if name in obstacles[:i]:
+        if name in [*taken, *obstacles[:i]]:
             doubt = Doubt("name-twice", (name,))
             raise InputError(worded(doubt)).with_doubts(doubt)
         if name in own:
             doubt = Doubt("name-of-a-part", (name,))
             raise InputError(worded(doubt)).with_doubts(doubt)
-    known = [*own, *obstacles]
+    known = [*own, *taken, *obstacles]
     for pair in rules.ignore:
         for name in pair:
             if name not in known:

@@ -8,6 +8,7 @@ from elastocal.arrays import Array
 from elastocal.constraints.base import Constraint, Pull
 from elastocal.constraints.collision.contacts import Unwatched
 from elastocal.constraints.collision.distance import NearestPairs, Pairs, nearest
+from elastocal.errors import Doubt
 from elastocal.robot.posture import Posture
 from elastocal.robot.shapes import Shape
 from elastocal.wording.numbers import bounded
@@ -34,7 +35,9 @@ class Clearance(Constraint):
         *,
         motion_margin: float | None = None,
         obstacle: Shape | None = None,
+        height: float | None = None,
         unwatched: tuple[Unwatched, ...] = (),
+        made_do: tuple[Doubt, ...] = (),
     ) -> None:
         """Watch some pairs of solids.
 
@@ -44,15 +47,29 @@ class Clearance(Constraint):
             margin: Distance to keep at the poses of a plan [m].
             motion_margin: Distance to keep while moving between them [m]; half of `margin` if
                 not given, so that a pose at its margin can be left in any direction.
-            obstacle: The obstacle in the base frame; None for the robot itself.
+            obstacle: The obstacle in the base frame; None for the robot itself and for the floor.
+            height: Of the floor in the base frame [m]; None if it is not the floor.
             unwatched: What is not watched, and why.
+            made_do: What stands in for the shapes of the robot.
         """
         self.what, self.unit = name, "m"
         self.pairs, self.keep = pairs, margin
         self.keep_moving = margin / 2.0 if motion_margin is None else motion_margin
-        self.obstacle, self.unwatched = obstacle, unwatched
+        self.obstacle, self.height = obstacle, height
+        self.unwatched, self.made_do = unwatched, made_do
         self.one_by_one = not pairs.closed
         self.name = bounded(f"clearance from {name}", ">=", margin, "m")
+
+    @property
+    def hardly(self) -> tuple[int, int]:
+        """How many pairs of parts always touch and are not watched, and of how many.
+
+        Neighbours are not counted: they are made to touch.
+        """
+        always = sum(left.why.startswith("always") for left in self.unwatched)
+        pairs = [self.pairs.of(pair) for pair in range(len(self.pairs))]
+        watched = {(a.name, b.name) for a, b in pairs if abs(a.body - b.body) > 1}
+        return always, always + len(watched)
 
     def at(self, posture: Posture) -> tuple[Array, Pull]:
         found = nearest(self.pairs, posture, self.keep + PLENTY)
@@ -87,8 +104,8 @@ class Clearance(Constraint):
         """
         k = np.flatnonzero((weights != 0.0) & (found.pair >= 0))
         normal = found.normal[:, k] * weights[k]
-        bodies = np.array([[s.body for s in self.pairs.of(p)] for p in found.pair[k].tolist()])
-        first, second = bodies.reshape(-1, 2).T
+        bodies = [[s.body for s in self.pairs.of(p)] for p in found.pair[k].tolist()]
+        first, second = np.array(bodies, dtype=np.int64).reshape(-1, 2).T
         return posture.pull_carried(
             k, (found.first[:, k], first, normal), (found.second[:, k], second, -normal)
         )

@@ -112,12 +112,16 @@ def _chain(robot: Robot, springs: VirtualJoints) -> tuple[Robot, list[int], list
     sprung[in_joint] = np.array(actuated)[springs.joint[in_joint]]
     later = len(joints) - n  # by which followers, which come behind, move on in the row of bodies
     number = [0, *(i + 1 for i in actuated), *range(n + later + 1, robot.bodies + later)]
-    masses = tuple(BodyMass(number[m.body], m.mass, m.center, m.name) for m in robot.masses)
     chain = Robot(
         robot.name,
         tuple(joints),
         undo @ robot.T_tip_flange,
-        masses=masses,
         followers=tuple(replace(f, carrier=number[f.carrier]) for f in robot.followers),
     )
-    return chain, actuated, [int(j) for j in sprung]
+    masses = []
+    for mass in robot.masses:
+        body, center = number[mass.body], np.array(mass.center)
+        if body:  # the frames of both robots stand on the same axis
+            center[2] += robot.shifts[mass.body - 1] - chain.shifts[body - 1]
+        masses.append(BodyMass(body, mass.mass, center, mass.name))
+    return replace(chain, masses=tuple(masses)), actuated, [int(j) for j in sprung]

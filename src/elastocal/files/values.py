@@ -114,6 +114,12 @@ def _argument(value: Any) -> str:
     return str(value)
 
 
+def _off(value: Any) -> Any:
+    if value is False or (isinstance(value, str) and value.lower() in ("off", "false", "no")):
+        return "off"
+    raise ValueError(f"expected off, or keys of its own, found {value!r:.80}")
+
+
 def _flag(value: Any) -> bool:
     if not isinstance(value, bool):
         raise ValueError(f"expected true or false without quotes, found {value!r}")
@@ -180,6 +186,8 @@ Either = Annotated[
 ]
 """A plain value or a section, told apart by form, so that errors speak of one of them only."""
 OneOrByName = Either[_T, dict[Name, _T]]
+OrOff = Either[Annotated[Literal["off"], BeforeValidator(_off)], _T]
+"""A section, or `off`, which YAML 1.1 reads as false."""
 ListOrByName = Either[list[_T], dict[Name, _T]]
 
 

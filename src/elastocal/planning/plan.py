@@ -14,6 +14,7 @@ import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
 from elastocal.constraints import Constraint, Distinct, room_at
+from elastocal.constraints.watch import Watch, watch_of
 from elastocal.design.exact import Effort, exact_design
 from elastocal.design.refinement import Goal
 from elastocal.design.twins import merged
@@ -80,8 +81,14 @@ class Plan:
 
     @cached_property
     def doubts(self) -> tuple[Doubt, ...]:
-        """What ρ0 leaves out: joints taken as rigid that the task bends."""
-        return tuple(d for d in left_rigid(self.study) if d.code == "rigid-at-test-pose")
+        """What ρ0 leaves out: joints taken as rigid that the task bends; what is hardly watched."""
+        rigid = [d for d in left_rigid(self.study) if d.code == "rigid-at-test-pose"]
+        return (*rigid, *(d for d in self.watch.doubts if d.code == "hardly-watched"))
+
+    @property
+    def watch(self) -> Watch:
+        """What is watched for collisions."""
+        return watch_of(self.study.constraints)
 
     @property
     def view(self) -> Visibility | None:

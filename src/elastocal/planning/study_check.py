@@ -13,6 +13,7 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.constraints import BeamRange, Clearance, LineOfSight, margins_at
+from elastocal.constraints.watch import Watch, watch_of
 from elastocal.errors import Doubt, ElastocalError
 from elastocal.measuring.instrument import tracker_of
 from elastocal.motion.via_points import refuse_home
@@ -48,6 +49,7 @@ class Checkup:
         problem: Why the campaign cannot work, None if it can.
         doubts: What looks odd, besides what the robot's own remarks say.
         poses: How well the model fits poses read off at the robot, None if there are none.
+        watch: What is watched for collisions.
         unwatched: What may touch what, because it is not watched.
         seen: Share of random configurations in which the tracker sees each marker; empty if the
             instrument is no tracker.
@@ -58,6 +60,7 @@ class Checkup:
     bottleneck: str
     problem: ElastocalError | None
     doubts: tuple[Doubt, ...]
+    watch: Watch
     poses: PoseCheck | None = None
     unwatched: tuple[Doubt, ...] = ()
     seen: Mapping[str, float] = field(default_factory=dict)
@@ -82,6 +85,7 @@ def check(study: Study, *, seed: int = 0) -> Checkup:
         bottleneck,
         _problem(study, poses, rng),
         tuple(_doubts(study, reach)),
+        watch_of(study.constraints),
         poses,
         _unwatched(study),
         _seen(study, q),
@@ -146,6 +150,7 @@ def _doubts(study: Study, reach: float) -> Iterator[Doubt]:
     if 0.0 < study.experiments.force.size < _SMALL_FORCE:
         yield Doubt("small-force", numbers={"force": study.experiments.force.size})
     yield from _small_cell(study)
+    yield from watch_of(study.constraints).doubts
     rows = np.concatenate([p.regressor for p in study.planned_for])[:, study.wanted]
     involved = np.abs(rows).sum(axis=0) > 0.0
     names = zip(study.springs.names, involved, strict=True)

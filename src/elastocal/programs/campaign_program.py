@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from elastocal.arrays import Array, IntArray
 from elastocal.constraints import margins_at
+from elastocal.constraints.watch import watch_of
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InfeasibleError, InputError
 from elastocal.motion.margins import Vias, blocked, motion_margins
@@ -36,6 +37,7 @@ from elastocal.study.study import Study
 from elastocal.wording import worded
 from elastocal.wording.lists import counted
 from elastocal.wording.numbers import described
+from elastocal.wording.watch import watch
 
 ROUNDING = 0.51e-4
 """What a value may be beyond a limit [degrees, mm]: run sheets have four decimals."""
@@ -92,6 +94,7 @@ def campaign_program(
     passed = list(via) or [np.zeros((0, q.shape[1]))] * (len(q) + 1)
     between = _inside(robot, np.concatenate(passed), "via point")
     labels += [f"V{i + 1}" for i in range(len(between))]
+    seen = watch_of(study.constraints)
     program = RobotProgram(
         name=name or study.name,
         purpose=f"Calibration campaign: {counted(m, 'experiment')} in "
@@ -104,7 +107,7 @@ def campaign_program(
         ),
         speed=speed,
         provenance=Provenance(study.name, digest),
-        notes=(*_notes(bool(start), same), *notes),
+        notes=(*_notes(bool(start), same), watch(seen.watched, seen.unwatched), *notes),
         watched=bool(study.motion_space.clearances),
     )
     _refuse_collisions(study.motion_space, program)

@@ -179,6 +179,8 @@ class Robot:
         sha256: Hash of that file, empty if there is none.
         followers: The F joints beside the chain that follow joints of it.
         links: Transforms of the chain in normal form, (n + 1, 4, 4); made here.
+        shifts: (n + F,) how far along their axes the frames of the bodies stand from those of the
+            joints [m]: zero, unless frames run far out and back; made here.
         branches: Transforms from their carriers to the followers in normal form, (F, 4, 4).
         mixing: (n + F, n) ways of all joints for unit ways of the n; the identity, then factors.
         standing: (n + F,) values of all joints where the n are at zero [rad or m].
@@ -196,6 +198,7 @@ class Robot:
     sha256: str = ""
     followers: tuple[Follower, ...] = ()
     links: Array = field(init=False, repr=False)
+    shifts: Array = field(init=False, repr=False)
     branches: Array = field(init=False, repr=False)
     mixing: Array = field(init=False, repr=False)
     standing: Array = field(init=False, repr=False)
@@ -221,7 +224,9 @@ class Robot:
                     f"bodies are 0 to {self.bodies - 1}"
                 )
         freeze(self, carries=_carries(self), dtype=np.bool_)
-        freeze(self, "T_tip_flange", links=_normal_form(self.joints, self.T_tip_flange))
+        links, shifts = _normal_form(self.joints, self.T_tip_flange)
+        shifts = np.append(shifts, np.zeros(len(self.followers)))
+        freeze(self, "T_tip_flange", links=links, shifts=shifts)
         freeze(self, branches=np.reshape([_branch(self, f) for f in self.followers], (-1, 4, 4)))
         leaders = self.index([follower.leader for follower in self.followers])
         factors = [follower.factor for follower in self.followers]
@@ -305,22 +310,25 @@ def T_body_joint(robot: Robot, body: int) -> Array:
     """(4, 4) frame of a joint, moved with its joint, seen from the frame of the body it moves.
 
     The bodies of a `Posture` have their z along the joint axis; files give masses and shapes in
-    the joint's own frame. Both have the same origin. Body 0 is the base: the identity.
+    the joint's own frame. Both origins are on the axis, `robot.shifts` apart. Body 0 is the base:
+    the identity.
 
     Args:
         robot: Robot with n joints and F followers.
         body: Number of the body, 0 to n + F.
 
-    Source: ours; the normal form is G = T_parent_joint @ R with R z = axis, and R commutes as
-    Rot(axis, q) @ R = R @ Rot(z, q), so the answer is Rᵀ for any q.
+    Source: ours; the normal form is G = T_parent_joint @ R @ S with R z = axis and S a shift along
+    z. Both commute with the joint, Rot(axis, q) @ R @ S = R @ S @ Rot(z, q), so the answer is
+    S⁻¹ Rᵀ for any q.
     """
     if body == 0:
         return np.eye(4)
-    return transform(frame_about(robot.moving[body - 1].axis).T)
+    along = (0.0, 0.0, -float(robot.shifts[body - 1]))
+    return transform(frame_about(robot.moving[body - 1].axis).T, along)
 
 
-def _normal_form(joints: tuple[Joint, ...], T_tip_flange: Array) -> Array:
-    """Transforms between bodies when every joint moves about, or along, its own z axis."""
+def _normal_form(joints: tuple[Joint, ...], T_tip_flange: Array) -> tuple[Array, Array]:
+    """Transforms between bodies when every joint moves about, or along, its own z axis; shifts."""
     links = []
     undo = np.eye(4)
     for joint in joints:
@@ -328,7 +336,7 @@ def _normal_form(joints: tuple[Joint, ...], T_tip_flange: Array) -> Array:
         links.append(undo @ joint.T_parent_joint @ to_axis)
         undo = to_axis.T
     links.append(undo @ T_tip_flange)
-    return np.array(links)
+    return _drawn_in(np.array(links), ~np.array([joint.prismatic for joint in joints]))
 
 
 def _branch(robot: Robot, follower: Follower) -> Array:
@@ -351,3 +359,35 @@ def _carries(robot: Robot) -> BoolArray:
         found[body] = found[carrier]
         found[body, body - 1] = True
     return found
+
+
+_FAR_OUT = 2.0  # a chain this many times as long as the shortest runs out and back
+
+
+def _drawn_in(links: Array, turning: BoolArray) -> tuple[Array, Array]:
+    """The links with their frames moved along the axes where they run far out and back, the shifts.
+
+    Any point of an axis serves as origin. Where two axes are almost parallel, as calibrated tables
+    have them, the foot of their common normal is hundreds of metres away; a robot is not.
+
+    Source: ours; the origins of least squared distance between neighbours, a linear problem since
+    every distance is fixed to one body.
+    """
+    n = len(turning)
+    ends, pulls = links[:, :3, 3], np.zeros((n + 1, 3, n))
+    for i in range(n):
+        pulls[i, :, i], pulls[i + 1, 2, i] = links[i, :3, 2], -1.0
+    some = pulls[:, :, turning].reshape(3 * n + 3, -1)
+    shifts = np.zeros(n)
+    shifts[turning] = np.linalg.lstsq(some, -ends.ravel(), rcond=None)[0]
+    drawn_in = ends + pulls @ shifts
+    if _length(ends) <= _FAR_OUT * _length(drawn_in):
+        return links, np.zeros(n)
+    moved = links.copy()
+    moved[:, :3, 3] = drawn_in
+    return moved, shifts
+
+
+def _length(steps: Array) -> float:
+    """Sum of the lengths of (K, 3) steps [m]."""
+    return float(np.linalg.norm(steps, axis=1).sum())

@@ -20,6 +20,7 @@ from elastocal.elastic.springs import VirtualJoints, joint_springs, merged
 from elastocal.errors import InputError
 from elastocal.measuring.instrument import Instrument
 from elastocal.motion.pace import Pace, for_robot
+from elastocal.motion.rest import at_rest
 from elastocal.motion.space import MotionSpace
 from elastocal.robot.chain import Robot, Tool
 from elastocal.robot.controller_axes import Coupling, uncoupled
@@ -164,7 +165,8 @@ class Study:
         limits: (2, n) lower and upper joint values allowed [rad or m]; the robot's if not given.
         criterion: Name of the criterion to plan for; see `criteria.CRITERIA`.
         prior: (f, f) information there is already [(N·m/rad)²]; none if not given.
-        pace: How long things take at the cell; the usual if not given.
+        pace: How long things take at the cell; the usual if not given. Home, if not given, is at
+            rest, or where the robot would touch something there, at round angles near it.
         gravity: (3,) acceleration that the masses of the links feel [m/s²]; zero: left out.
         controller: What the controller shows for the joint values of the model; the same if None.
         known_poses: Poses read off at the robot, to check the model with.
@@ -204,7 +206,10 @@ class Study:
         endless = self.endless if self.endless.size else ~np.isfinite(limits)
         freeze(self, endless=endless, dtype=np.bool_)
         freeze(self, limits=_finite_limits(self.robot, np.array(limits)))
+        unsaid = not self.pace.home.size
         object.__setattr__(self, "pace", for_robot(self.pace, self.robot, self.limits))
+        if unsaid:
+            object.__setattr__(self, "pace", at_rest(self.motion_space).pace)
         f = len(self.fitted)
         prior = self.prior if self.prior.size else np.zeros((f, f))
         freeze(self, prior=prior, gravity=np.reshape(self.gravity, 3))

@@ -10,6 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from elastocal.arrays import Array
+from elastocal.constraints.watch import watch_of
 from elastocal.motion.schedule import Schedule
 from elastocal.planning.along_paths import Shares
 from elastocal.planning.certificate import Certificate
@@ -26,6 +27,7 @@ from elastocal.wording import ended, worded
 from elastocal.wording.lists import counted
 from elastocal.wording.numbers import described, number, shown_unit
 from elastocal.wording.plans import freedom, missed, searched
+from elastocal.wording.watch import watch
 
 MEASURED = (
     "a measurement file, whose configurations and loads are judged as a plan, with the noise of "
@@ -39,6 +41,7 @@ def show_plan(plan: Plan) -> None:
     worth = plan.assessment
     whole(_run_sheet(plan.study.robot, plan))
     out.print(Text(f"Nearest constraint of {_nearest(plan)}"))
+    out.print(Text(watch(plan.watch.watched, plan.watch.unwatched, keys=True)))
     if plan.study.done is not None:
         done = plan.study.done
         out.print(
@@ -239,6 +242,8 @@ def show_evaluations(
     whole(table)
     show_test_poses(study, {name: r.assessment for name, r in results.items()}, better or {})
     whole(_errors_of_plans(study, results))
+    seen = watch_of(study.constraints)
+    out.print(Text(watch(seen.watched, seen.unwatched)))
     for name, result in results.items():
         if result.measured:
             out.print(Text(f"{name}: {MEASURED}"))

@@ -19,6 +19,7 @@ from elastocal.study.test_path import TestPath
 from elastocal.terminal.console import numbers, out
 from elastocal.wording import ended, worded
 from elastocal.wording.lists import counted
+from elastocal.wording.watch import watch
 
 
 def show_check(study: Study, found: Checkup) -> None:
@@ -77,6 +78,11 @@ def show_check(study: Study, found: Checkup) -> None:
         out.print(
             Text(f"The tracker sees {marker} in {100 * share:.3g} % of random configurations")
         )
+    home = [f"{v + 0.0:.6g}" for v in robot.shown_scale * study.pace.home]
+    out.print(Text(f"Home: q = {' '.join(home)}, where the campaign starts and ends"))
+    out.print(Text(watch(found.watch.watched, found.watch.unwatched, keys=True)))
+    for made_do in found.watch.made_do:
+        out.print(Text(ended(worded(made_do)[:1].upper() + worded(made_do)[1:])))
     for contacts in found.unwatched:
         out.print(Text(f"Contact not watched, {worded(contacts)}."))
     paths = [pose for pose in study.test_poses if isinstance(pose, TestPath)]

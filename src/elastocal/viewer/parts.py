@@ -13,12 +13,12 @@ from itertools import pairwise
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.constraints.collision.chain import chain_length
 from elastocal.drawing.palette import COLOURS
 from elastocal.drawing.shape_solids import round_ball, solid_of
 from elastocal.drawing.solids import Mesh, tube, union
 from elastocal.errors import InputError
 from elastocal.robot.chain import Joint, Robot, Tool
+from elastocal.robot.reach import reach_of
 from elastocal.robot.rotations import frame_about
 from elastocal.robot.shapes import Shape
 
@@ -106,7 +106,7 @@ def chain_parts(robot: Robot) -> tuple[Part, ...]:
     A link leaves its joint along the joint axis and turns off square where the next joint
     stands, as in the pictures of the report. A sliding joint gets the rail it slides on.
     """
-    size = chain_length(robot)
+    size = reach_of(robot)
     n = len(robot.joints)
     taper = np.linspace(1.0, 0.6, n + 1)
     found = []
@@ -168,7 +168,7 @@ def _turned(solid: Mesh, axis: Array) -> Mesh:
 
 def tool_parts(robot: Robot, tool: Tool) -> tuple[Part, ...]:
     """A tool on the flange: arms to its points; load point, TCP and markers as balls."""
-    body, size = robot.bodies, chain_length(robot)
+    body, size = robot.bodies, reach_of(robot)
     axis = robot.links[-1][:3, :3].T @ np.array([0.0, 0.0, 1.0])
     thick = 0.008 * size
     arms, balls = [], []

@@ -12,12 +12,14 @@ from html import escape
 import numpy as np
 
 from elastocal.arrays import Array
+from elastocal.constraints.watch import watch_of
 from elastocal.drawing.palette import COLOURS
 from elastocal.elastic.cartesian import CartesianCompliance
 from elastocal.viewer.readout import Bending, Readout, Room
 from elastocal.viewer.subject import Subject
 from elastocal.wording.numbers import fixed, plain, vector, words
 from elastocal.wording.stiffness import STIFFNESS, plus_minus
+from elastocal.wording.watch import watch
 
 _SIGNS = {"broken": "✕", "near": "!", "free": "✓"}
 _SHADES = {"broken": COLOURS["alarm"], "near": COLOURS["contrast"], "free": "#2c7a4b"}
@@ -29,7 +31,8 @@ def heading_html(subject: Subject, remarks: Sequence[str]) -> str:
     """What is shown, and what is missing from it."""
     study = subject.study
     lines = [f"<b>{escape(study.name)}</b>"]
-    for text in (study.robot.name, *remarks):
+    seen = watch_of(study.constraints)
+    for text in (study.robot.name, watch(seen.watched, seen.unwatched), *remarks):
         lines.append(f"<span style='{_MUTED}'>{escape(text)}</span>")
     return f"<div style='{_BOX}'>{'<br>'.join(lines)}</div>"
 

@@ -13,7 +13,6 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.constraints import AcceptanceCone, Clearance
-from elastocal.constraints.collision.chain import chain_length
 from elastocal.drawing.shape_solids import capsule, solid_of
 from elastocal.drawing.skeleton import skeletons
 from elastocal.drawing.solids import Mesh, circle, tube, union
@@ -24,6 +23,7 @@ from elastocal.errors import InputError
 from elastocal.measuring.instrument import tracker_of
 from elastocal.robot.chain import Tool
 from elastocal.robot.posture import Posture
+from elastocal.robot.reach import reach_of
 from elastocal.robot.shapes import Shape
 from elastocal.viewer.frames import rigid_frames
 from elastocal.viewer.parts import Part
@@ -70,7 +70,7 @@ def reach(subject: Subject, parts: Sequence[Part] = ()) -> tuple[Array, Array, f
     for part in parts:
         frame = frames[part.body]
         points.append(part.solid.vertices @ frame[:3, :3].T + frame[:3, 3])
-    size = chain_length(robot)
+    size = reach_of(robot)
     for tool in subject.tools:
         q = np.array([stop.q for stop in subject.stops if stop.tool is tool])
         points += [skeleton.points for skeleton in skeletons(robot, tool, q)]
@@ -138,7 +138,7 @@ def apertures(subject: Subject, tool: Tool, q: Array) -> tuple[Surface, ...]:
     if tool is not study.experiments.tool:
         return ()
     posture = Posture(study.robot, q[None])
-    at, size = posture.point(tool.load_point)[:, 0], 0.12 * chain_length(study.robot)
+    at, size = posture.point(tool.load_point)[:, 0], 0.12 * reach_of(study.robot)
     drawn = [aperture(constraint, posture, at, size) for constraint in study.constraints]
     return tuple(surface for surface in drawn if surface is not None)
 
@@ -189,7 +189,7 @@ def cones(subject: Subject, tool: Tool, q: Array) -> tuple[Cone, ...]:
     if tool is not study.experiments.tool:
         return ()
     posture = Posture(study.robot, q[None])
-    size = 0.14 * chain_length(study.robot)
+    size = 0.14 * reach_of(study.robot)
     found = []
     for constraint in study.constraints:
         if isinstance(constraint, AcceptanceCone):
@@ -212,7 +212,7 @@ def _cone(tip: Array, axis: Array, half_angle: float, size: float) -> Mesh:
 def ghost(subject: Subject, stop: Stop) -> Mesh:
     """A stop as a thin figure, to stand beside the robot."""
     skeleton = skeletons(subject.study.robot, stop.tool, stop.q[None])[0]
-    thick = 0.006 * chain_length(subject.study.robot)
+    thick = 0.006 * reach_of(subject.study.robot)
     lines = [skeleton.arm, *skeleton.tool]
     pipes = [tube(a, b, thick, sides=10) for line in lines for a, b in pairwise(line)]
     return union([*pipes, _moved(capsule(2.0 * thick, 0.0, 14), skeleton.tcp)])

@@ -46,6 +46,11 @@ def _via(doubt: Doubt) -> str:
     return f"via point {doubt.numbers['via']} {_motion(doubt)} breaks {doubt.because[0]} by {by}"
 
 
+def _left_out(other: str, own: str) -> str:
+    """The key by which a study lets two things touch."""
+    return "floor: off" if other == "floor" else f"collision: {{ignore: [[{own}, {other}]]}}"
+
+
 SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     "via-breaks": _via,
     "motion-blocked": _blocked,
@@ -54,6 +59,6 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     ),
     "home-blocked": lambda doubt: (
         f"home is no place to start from: the robot {_near(doubt)}; give another one in motion: "
-        "home_deg"
+        f"home_deg, or do not watch the two: constraints: {{{_left_out(*doubt.because)}}}"
     ),
 }

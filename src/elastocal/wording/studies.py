@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from elastocal.errors import Code, Doubt
+from elastocal.wording.lists import listed
 from elastocal.wording.numbers import shown
 
 _NOT_WATCHED = {
     "ignored": "left out by the study",
     "stands-on-it": "the link stands on it",
-    "always-touch": "always touch",
-    "always-near": "always nearer than the margin",
+    "always-touch": "nearly always touch",
+    "always-near": "nearly always nearer than the margin",
     "neighbours": "neighbours",
     "tracker-head": "the head of the tracker stands in it",
 }
@@ -44,6 +45,17 @@ def _rigid_at_test_pose(doubt: Doubt) -> str:
         f"{', '.join(doubt.about)} {is_} taken as rigid, but bent at {poses} "
         f"{', '.join(map(repr, doubt.because))}: {its} error comes on top of ρ0; a second campaign "
         "can identify what this one leaves out"
+    )
+
+
+def _chain_as_capsules(doubt: Doubt) -> str:
+    least, most = (f"{1e3 * doubt.numbers[name]:.3g}" for name in ("least", "most"))
+    radius = least if least == most else f"{least} to {most}"
+    links = f"{listed(doubt.about)}, whose shapes were not read," if doubt.about else "the robot"
+    verb = "are" if len(doubt.about) > 1 else "is"
+    return (
+        f"{links} {verb} watched as capsules from joint to joint, {radius} mm in radius; "
+        "constraints: {collision: {link_radius_mm: …}} says how thick"
     )
 
 
@@ -104,5 +116,16 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         f"nothing is called {doubt.about[0]!r}; there are {', '.join(doubt.because)}"
     ),
     "unusable-shape": lambda doubt: f"the shape of obstacle {doubt.about[0]!r} cannot be used",
+    "hardly-watched": lambda doubt: (
+        f"{doubt.numbers['pairs']:g} of {doubt.numbers['of']:g} pairs of parts of the robot nearly "
+        "always touch as they are modelled, so hardly anything of it is watched against itself: "
+        "give the links their thickness in constraints: {collision: {link_radius_mm: …}}, or the "
+        "robot its shapes"
+    ),
+    "shapes-as-capsules": lambda doubt: (
+        "the shapes of the robot are watched as capsules around them; constraints: {collision: {}} "
+        "watches the shapes themselves"
+    ),
+    "chain-as-capsules": _chain_as_capsules,
     "not-watched": lambda doubt: f"{_NOT_WATCHED[doubt.because[0]]}: {', '.join(doubt.about)}",
 }

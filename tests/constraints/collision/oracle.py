@@ -14,6 +14,9 @@ from elastocal.arrays import Array
 from elastocal.robot.chain import Robot, Tool
 from tests.arms import Oracle
 
+OUTER = (("A4", "A2"), ("tool", "A4"))
+"""Links of the KR 270 that touch by nature, of which only the outer part is watched."""
+
 
 class CellOracle:
     """A robot without shapes, its tool with one point, and boxes; distances by coal."""
@@ -24,12 +27,19 @@ class CellOracle:
         """`boxes` are (sides, pose) by name [m]."""
         self.oracle = Oracle(robot)
         self.data = self.oracle.model.createData()
-        places = [np.array(j.T_parent_joint)[:3, 3] for j in robot.joints]
-        length = sum(float(np.linalg.norm(p)) for p in [*places, robot.T_tip_flange[:3, 3]])
-        self.radius, self.tool = 0.05 * length, tool
-        outside = self.radius + tool.radius + margin + 0.1
-        self.start = outside / float(np.linalg.norm(tool.load_point))
+        self.radius, self.tool, self.margin = 0.05 * self._reach(robot), tool, margin
         self.boxes = {name: (coal.Box(*map(float, s)), T) for name, (s, T) in boxes.items()}
+
+    def _reach(self, robot: Robot) -> float:
+        """How far the flange gets from the first, vertical, axis halfway up [m]."""
+        limits = np.array([robot.lower, robot.upper])
+        draws = np.random.default_rng(0).uniform(*limits, (1000, len(robot.joints)))
+        places = []
+        for q in draws:
+            pin.framesForwardKinematics(self.oracle.model, self.data, q)
+            places.append(self.data.oMf[self.oracle.flange].translation.copy())
+        height = 0.5 * (np.min(places, axis=0)[2] + np.max(places, axis=0)[2])
+        return float(np.linalg.norm(np.array(places) - [0.0, 0.0, height], axis=1).max())
 
     def capsules(self, q: Array) -> list[tuple[str, Array, Array, float]]:
         """(name, start, end, radius) of the links and the tool at one configuration."""
@@ -61,10 +71,13 @@ class CellOracle:
         found = []
         for i, (first, *a) in enumerate(parts):
             for second, *b in parts[:i]:
-                if first == "tool" and second == "A4":  # only what is outside the wrist
-                    a = [a[0] + self.start * (a[1] - a[0]), *a[1:]]
+                start, end, radius = a
+                if (first, second) in OUTER:
+                    # From the joint twice the room that the two need.
+                    away = 2.0 * (radius + b[2] + self.margin)
+                    start = start + away * (end - start) / np.linalg.norm(end - start)
                 if frozenset((first, second)) not in left_out:
-                    found.append(distance(*solid(*a), *solid(*b)))
+                    found.append(distance(*solid(start, end, radius), *solid(*b)))
         return min(found)
 
 

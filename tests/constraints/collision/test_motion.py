@@ -84,7 +84,7 @@ def test_margins_are_those_of_dense_samples_by_pinocchio_and_coal() -> None:
         frozenset((x.first, x.second)) for c in study.motion_space.clearances for x in c.unwatched
     }
     left |= {frozenset(p) for p in (("A4", "A6"), ("A5", "A6"), ("A6", "tool"))}
-    q = free_configurations(study, 24, 1)
+    q = free_configurations(study, 24, 3)
     found = motion_margins(study.motion_space, q[:12], q[12:], enough=0.3)
     assert 0 < found.free.sum() < 12, "the comparison sees motions of one kind only"
     for i in range(12):

@@ -30,7 +30,7 @@ BOXES = {
     "screen": (np.array([1.8, 0.1, 2.4]), transform(None, (1.6, -0.9, 1.2))),
 }
 CELL = (
-    GOOD.replace("count: 12", "count: 12\n  max_configurations: 3")
+    GOOD.replace("count: 12", "count: 12\n  max_configurations: 3").replace(": off", ": {}", 1)
     + """\
   obstacles:
     - {name: table, box_mm: [1200, 1600, 700], center_mm: [1700, 0, 350]}

@@ -134,6 +134,7 @@ test_poses:
   - {tool: tip, q_deg: [0, 60, -45], force_N: [0, 290, -960]}
 experiments: {tool: tip, max_force_N: 1000, direction: free, count: 3}
 instrument: {sigma_mm: 0.1}
+constraints: {collision: off, floor: off}
 criterion: coordinate
 """
 

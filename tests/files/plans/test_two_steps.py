@@ -132,9 +132,9 @@ def test_the_covariance_of_a_plan_has_names_and_is_held_to(folder: Path) -> None
 @pytest.mark.parametrize(
     ("known", "message"),
     [
-        ("nowhere.json", r"study.yaml, line 8: .*nowhere\.json: no such file"),
-        ("plan.csv", r"line 8: .*plan\.csv: (no such file|expected a model)"),
-        ("first.yaml", r"line 8: .*first\.yaml, line \d+: unknown key"),
+        ("nowhere.json", r"study.yaml, line 9: .*nowhere\.json: no such file"),
+        ("plan.csv", r"line 9: .*plan\.csv: (no such file|expected a model)"),
+        ("first.yaml", r"line 9: .*first\.yaml, line \d+: unknown key"),
         ("only.json", "which the study identifies; what is known of these is a prior"),
         ("other.json", "is a plan for another robot"),
         ("bare.json", "no study is embedded in this plan; name a model instead"),

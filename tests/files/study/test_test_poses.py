@@ -35,6 +35,7 @@ test_poses:
 TAIL = """
 experiments: {tool: calibration, force_N: [0, 0, -2500], count: 2}
 instrument: {sigma_mm: 0.03}
+constraints: {collision: off, floor: off}
 """
 PLAIN = f"  - {{name: milling, tool: milling, {POSE}, force_N: [0, 280, -180]}}"
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import elastocal as ec
+from elastocal.constraints import Clearance
 from elastocal.errors import InputError
 from elastocal.programs.campaign_program import campaign_program
 from elastocal.programs.robot_program import RobotProgram
@@ -25,7 +27,9 @@ CANNOT = {  # which of the others cannot hold the robot, and why
 
 
 def program_of(path: Path) -> tuple[RobotProgram, Settings]:
-    study = ec.read_study(path)
+    study = ec.read_study(path)  # the way between random configurations is not always free
+    free = tuple(c for c in study.constraints if not isinstance(c, Clearance))
+    study = replace(study, constraints=free)
     rng = np.random.default_rng(7)
     cases = study.space.load_cases(study.space.sample(3, rng))
     program = campaign_program(study, cases, np.array([1, 2, 1]), digest=DIGEST)

@@ -106,7 +106,7 @@ BROKEN: dict[str, tuple[str | tuple[str, str], list[str]]] = {
     "decimal comma": (('xyz="0.5 0 0"', 'xyz="0,5 0 0"'), ["line 16", "decimal point"]),
     "NaN": (('xyz="0.5 0 0"', 'xyz="nan 0 0"'), ["line 16", "finite", "'nan'"]),
     "too large": (('xyz="0.5 0 0"', 'xyz="1e999 0 0"'), ["line 16", "finite"]),
-    "millimetres": (('xyz="0.5 0 0"', 'xyz="500 0 0"'), ["501 m long", "millimetres"]),
+    "millimetres": (('xyz="0.5 0 0"', 'xyz="500 0 0"'), ["reaches 500 m", "millimetres"]),
     "floating": (('type="revolute"', 'type="floating"'), ["line 8", "floating", "'upper'"]),
     "planar": (('type="revolute"', 'type="planar"'), ["line 8", "planar"]),
     "mimic": ((J2_LIMIT, J2_LIMIT + '<mimic joint="J1"/>'), ["line 14", "'J2' follows joint 'J1'"]),

@@ -13,40 +13,78 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.constraints.collision.solid import Solid, around, capsule, solids_of
+from elastocal.errors import InputError
 from elastocal.robot.chain import Robot, Tool
+from elastocal.robot.reach import reach_of
+from elastocal.robot.shapes import Shape
 
 LINK_SHARE = 0.05
-"""Radius of a link over the length of the chain, if nothing is said."""
+"""Radius of a link over the reach of the robot, if nothing is said."""
+
+Radii = float | Mapping[str, float] | None
+"""Radius of the capsules along a chain [m]: of all, or by the joint that moves them ("base" for the
+base); where it is not said, `LINK_SHARE` of the reach."""
 
 
-def robot_solids(
-    robot: Robot,
-    radius: float | Mapping[str, float] | None = None,
-    *,
-    as_capsules: bool = False,
-) -> list[Solid]:
+def robot_solids(robot: Robot, radius: Radii = None, *, as_capsules: bool = False) -> list[Solid]:
     """The robot's collision shapes as convex solids, or capsules along its chain.
 
     Args:
         robot: The robot.
-        radius: Radius of the capsules [m]: of all, or by the joint that moves them ("base" for
-            the base); where it is not said, `LINK_SHARE` of the length of the chain.
+        radius: How thick a robot without shapes is.
         as_capsules: Put a capsule around every shape of a link instead: larger, and faster.
 
     Raises:
         InputError: a mesh cannot be used.
     """
-    if robot.collisions:
-        return [
-            replace(
-                around(solid) if as_capsules and shape.body else solid,
-                joint=body_name(robot, shape.body),
-            )
-            for shape in robot.collisions
-            for solid in solids_of(shape, shape.name or body_name(robot, shape.body))
-        ]
+    if not robot.collisions:
+        return _along_chain(robot, radius)
+    return [
+        around(solid) if as_capsules and shape.body else solid
+        for shape in robot.collisions
+        for solid in _solids(robot, shape)
+    ]
+
+
+def solids_at_hand(robot: Robot, radius: Radii = None) -> tuple[list[Solid], tuple[str, ...]]:
+    """Capsules, at the base boxes, around the robot's shapes; along the chain where there are none.
+
+    Nothing is refused and no package is needed: what cannot be read is left to the chain.
+
+    Args:
+        robot: The robot.
+        radius: How thick links without shapes are.
+
+    Returns:
+        The solids, and the names of links whose shapes could not be had.
+    """
+    found: list[Solid] = []
+    lost: dict[str, int] = {}
+    for shape in robot.collisions:
+        try:
+            found += map(around, _solids(robot, shape))
+        except InputError:
+            lost[_shape_name(robot, shape)] = shape.body
+    chain = _along_chain(robot, radius)
+    if robot.collisions:  # what a capsule covers in the chain is not there to cover it
+        chain = [replace(solid, covered=False) for solid in chain if solid.body in lost.values()]
+    return [*found, *chain], tuple(lost)
+
+
+def _solids(robot: Robot, shape: Shape) -> list[Solid]:
+    """The solids of a shape of the robot, called by link and joint."""
+    joint = body_name(robot, shape.body)
+    return [replace(solid, joint=joint) for solid in solids_of(shape, _shape_name(robot, shape))]
+
+
+def _shape_name(robot: Robot, shape: Shape) -> str:
+    return shape.name or body_name(robot, shape.body)
+
+
+def _along_chain(robot: Robot, radius: Radii) -> list[Solid]:
+    """Capsules from joint to joint."""
     by_name = radius if isinstance(radius, Mapping) else {}
-    usual = radius if isinstance(radius, float) else LINK_SHARE * chain_length(robot)
+    usual = radius if isinstance(radius, float) else LINK_SHARE * reach_of(robot)
     found: list[Solid] = []
     for body in range(len(robot.joints) + 1):
         name = body_name(robot, body)
@@ -63,34 +101,26 @@ def robot_solids(
     return found
 
 
-def tool_solids(robot: Robot, tool: Tool, *, beyond: float = 0.0) -> list[Solid]:
+def tool_solids(robot: Robot, tool: Tool) -> list[Solid]:
     """Capsules from the flange to the load point and to every marker of a tool.
 
     Args:
         robot: The robot that carries it.
         tool: The tool; `tool.radius` is theirs.
-        beyond: Distance from the flange at which they begin [m]; a shorter one is left out.
     """
     body, flange = len(robot.joints), robot.links[-1]
     points = np.unique(np.vstack([tool.load_point, tool.markers]), axis=0)
-    found = []
-    for point in points:
-        length = float(np.linalg.norm(point))
-        if length > beyond:
-            start = point * (beyond / length)
-            ends = [flange[:3, :3] @ end + flange[:3, 3] for end in (start, point)]
-            found.append(capsule("tool", body, ends[0], ends[1], tool.radius))
-    return found
+    start = flange[:3, 3]
+    return [
+        capsule("tool", body, start, flange[:3, :3] @ point + start, tool.radius)
+        for point in points
+        if np.linalg.norm(point) > 0.0
+    ]
 
 
 def body_name(robot: Robot, body: int) -> str:
     """What a body is called: by the joint that moves it."""
     return robot.moving[body - 1].name if body else "base"
-
-
-def chain_length(robot: Robot) -> float:
-    """Length of the chain from joint to joint at rest [m]."""
-    return float(np.linalg.norm(robot.links[:, :3, 3], axis=1).sum())
 
 
 def _axis_of_link(robot: Robot, body: int) -> tuple[Array, Array]:

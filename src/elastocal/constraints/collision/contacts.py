@@ -1,13 +1,14 @@
 """Which pairs of solids are watched, and which are left out because they always touch.
 
 In: the solids of robot and tool, obstacles, names to leave out. Out: `Pairs`, and what is left out.
-As in an allowed collision matrix: neighbours are left out, and so are pairs that touch in every one
-of many random configurations. All that is left out is said.
+As in an allowed collision matrix: neighbours are left out, and so are pairs that touch in nearly
+all of many random configurations. Of those the outer part is watched, if it is a capsule: whether
+it folds back. All that is left out is said.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -15,11 +16,13 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.constraints.collision.distance import Pairs, nearest
-from elastocal.constraints.collision.solid import Solid
+from elastocal.constraints.collision.solid import Solid, beyond
 from elastocal.robot.chain import Robot
 from elastocal.robot.posture import Posture
+from elastocal.robot.reach import first_turning, random_posture
 
-_SAMPLES = 1000  # random configurations
+_NATURE = 0.95  # in this share of random configurations what touches is made to; as MoveIt takes it
+_FOLDED = 2.0  # 1 / sin 30°: two links are nearer than they may be when folded further than that
 
 
 @dataclass(frozen=True)
@@ -43,7 +46,6 @@ def self_pairs(
     limits: Array,
     solids: Sequence[Solid],
     ignore: Sequence[tuple[str, str]],
-    also: Sequence[tuple[Solid, Solid]] = (),
     margin: float = 0.0,
 ) -> tuple[Pairs, tuple[Unwatched, ...]]:
     """Pairs of solids of the robot itself, tool included, that are to be watched.
@@ -53,45 +55,76 @@ def self_pairs(
         limits: (2, n) joint limits in which random configurations are drawn [rad or m].
         solids: Solids of robot and tool.
         ignore: Pairs of names that the user leaves out.
-        also: Further pairs of a new solid and one of `solids`.
-        margin: Pairs that are always nearer than this are left out, too [m].
+        margin: Pairs that are nearly always nearer than this are left out, too [m].
     """
-    index: list[tuple[int, int]] = []
     left: dict[tuple[str, str], str] = {}
-    for i, j in combinations(range(len(solids)), 2):
-        a, b = solids[i], solids[j]
-        if a.body == b.body:
-            continue
-        if ignored(a, b, ignore):
-            left[a.name, b.name] = "ignored"
-        elif robot.carrier(max(a.body, b.body)) == min(a.body, b.body):
-            left[a.name, b.name] = "neighbours"
-        else:
-            index.append((i, j) if a.body > b.body else (j, i))
-    solids = list(solids)
-    posture = _random_posture(robot, limits)
     # Bodies of several solids are judged as one: which of them are nearest may change.
     groups: dict[tuple[str, str], list[tuple[int, int]]] = {}
-    for i, j in index:
-        groups.setdefault((solids[j].name, solids[i].name), []).append((i, j))
-    candidates = [(*names, group) for names, group in groups.items()]
-    for new, known in also:
-        if not ignored(new, known, ignore):
-            pair = len(solids), next(i for i, s in enumerate(solids) if s is known)
-            candidates.append((known.name, new.name, [pair]))
-            solids.append(new)
-    kept = []
-    for first, second, group in candidates:
-        gap = nearest(Pairs(tuple(solids), tuple(group)), posture, margin).value
-        if (gap < margin).all():
-            touch = bool((gap < 0.0).all())
-            left[first, second] = "always-touch" if touch else "always-near"
+    for pair in combinations(range(len(solids)), 2):
+        j, i = sorted(pair, key=lambda s: solids[s].body)
+        names = solids[j].name, solids[i].name
+        if solids[i].body == solids[j].body:
+            continue
+        if ignored(solids[i], solids[j], ignore):
+            left[names] = "ignored"
         else:
+            groups.setdefault(names, []).append((i, j))
+    posture = random_posture(robot, limits)
+    everything, kept = list(solids), []
+    for names, group in groups.items():
+        why = _always(posture, solids, group, margin)
+        if not why:
             kept += group
+            continue
+        left[names] = why
+        for piece, other in _outer(posture, solids, group, margin):
+            kept.append((len(everything), other))
+            everything.append(piece)
     # Of two bodies of several solids each, some pairs may be watched and some left out.
-    partly = {frozenset((solids[i].name, solids[j].name)) for i, j in kept}
+    partly = {frozenset((everything[i].name, everything[j].name)) for i, j in kept}
     unwatched = [Unwatched(*p, why) for p, why in left.items() if frozenset(p) not in partly]
-    return Pairs(tuple(solids), tuple(kept)), tuple(unwatched)
+    return Pairs(tuple(everything), tuple(kept)), tuple(unwatched)
+
+
+def _always(
+    posture: Posture, solids: Sequence[Solid], group: Sequence[tuple[int, int]], margin: float
+) -> str:
+    """Why the pairs of two bodies cannot be watched; empty if they can."""
+    i, j = group[0]
+    if posture.robot.carrier(solids[i].body) == solids[j].body:
+        return "neighbours"
+    gap = nearest(Pairs(tuple(solids), tuple(group)), posture, margin).value
+    if (gap < margin).mean() < _NATURE:
+        return ""
+    return "always-touch" if (gap < 0.0).mean() >= _NATURE else "always-near"
+
+
+def _outer(
+    posture: Posture, solids: Sequence[Solid], group: Iterable[tuple[int, int]], margin: float
+) -> Iterable[tuple[Solid, int]]:
+    """Outer parts of capsules near another solid by nature, each with that solid's number.
+
+    What is left out is as long as two links need to be clear of each other when one is folded
+    30° short of back onto the other.
+    """
+    for i, j in group:
+        if solids[i].covered or solids[j].covered:
+            continue
+        piece = _piece(posture.robot, solids[i], solids[j].radius + margin)
+        if piece is None:
+            continue
+        gap = nearest(Pairs((piece, solids[j]), ((0, 1),)), posture, np.inf).value
+        if (gap < margin).mean() < _NATURE and np.ptp(gap) > _STILL:
+            yield piece, j
+
+
+def _piece(robot: Robot, solid: Solid, room: float) -> Solid | None:
+    """The outer part of a capsule that folds towards what has, or needs, so much room [m]."""
+    slides = robot.sliding[solid.body - 1]
+    return None if slides else beyond(solid, _FOLDED * (solid.radius + room))
+
+
+_STILL = 1e-6  # a distance that changes less is fixed [m]
 
 
 def obstacle_pairs(
@@ -100,29 +133,46 @@ def obstacle_pairs(
     solids: Sequence[Solid],
     obstacle: Sequence[Solid],
     ignore: Sequence[tuple[str, str]],
+    margin: float = 0.0,
 ) -> tuple[Pairs, tuple[Unwatched, ...]]:
     """Pairs of a solid of the robot and one of an obstacle that are to be watched.
 
     The first links, up to the first joint that turns, are left out if they touch at a depth that
     never changes: they stand on the obstacle. All else is watched, even what touches always: a
-    wall may be in the way.
+    wall may be in the way. Of a link that is always nearer than the margin to the floor, the outer
+    part is.
+
+    Args:
+        robot: The robot.
+        limits: (2, n) joint limits in which random configurations are drawn [rad or m].
+        solids: Solids of robot and tool.
+        obstacle: Solids of the obstacle.
+        ignore: Pairs of names that the user leaves out.
+        margin: Distance to keep [m].
     """
     index, left = [], {}
-    everything = [*solids, *obstacle]
-    posture = _random_posture(robot, limits)
-    turning = np.flatnonzero(~robot.prismatic)
-    standing = 1 + int(turning[0]) if len(turning) else len(robot.joints)
-    for i, solid in enumerate(solids):
-        for j, thing in enumerate(obstacle, len(solids)):
-            if solid.body == 0:
-                continue
+    moving = [solid for solid in solids if solid.body]
+    everything = [*moving, *obstacle]
+    posture = random_posture(robot, limits)
+    standing = min(1 + first_turning(robot), len(robot.joints))
+    for i, solid in enumerate(moving):
+        for j, thing in enumerate(obstacle, len(moving)):
             names = (solid.name, thing.name)
             if ignored(solid, thing, ignore):
                 left[names] = "ignored"
                 continue
-            gap = nearest(Pairs((solid, thing), ((0, 1),)), posture, 0.0).value
-            if solid.body <= standing and (gap < 0.0).all() and np.ptp(gap) < 1e-6:
+            floor = thing.kind == "plane"
+            room = margin if floor else 0.0
+            gap = nearest(Pairs((solid, thing), ((0, 1),)), posture, room).value
+            if solid.body <= standing and (gap < room).all() and np.ptp(gap) < _STILL:
                 left[names] = "stands-on-it"
+            elif floor and (gap < room).all():
+                piece = _piece(robot, solid, margin)
+                if piece is None:
+                    left[names] = "always-near"
+                else:
+                    index.append((len(everything), j))
+                    everything.append(piece)
             else:
                 index.append((i, j))
     return Pairs(tuple(everything), tuple(index)), tuple(
@@ -134,8 +184,3 @@ def ignored(a: Solid, b: Solid, ignore: Sequence[tuple[str, str]]) -> bool:
     """Whether the user leaves this pair out, by the names of solids or of joints."""
     first, second = {a.name, a.joint}, {b.name, b.joint}
     return any((x in first and y in second) or (x in second and y in first) for x, y in ignore)
-
-
-def _random_posture(robot: Robot, limits: Array) -> Posture:
-    rng = np.random.default_rng(0)
-    return Posture(robot, rng.uniform(limits[0], limits[1], (_SAMPLES, len(robot.joints))))

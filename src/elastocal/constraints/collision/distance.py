@@ -1,8 +1,8 @@
 """Which of many pairs of solids is nearest, for a batch of postures.
 
 Three sieves, each for all postures at once but the last: balls around the solids, capsules and
-boxes around them, and, where those are not the solids themselves, coal pair by pair. What is
-farther than the horizon is not measured.
+boxes around them, and, where those are not the solids themselves, coal pair by pair. From a plane
+all have closed forms. What is farther than the horizon is not measured.
 """
 
 from __future__ import annotations
@@ -16,9 +16,13 @@ import numpy as np
 
 from elastocal.arrays import Array, BoolArray, IntArray, frozen
 from elastocal.constraints.collision.coal_distance import PairDistance, Placements
-from elastocal.constraints.collision.segments import between_segments, segment_and_box
+from elastocal.constraints.collision.segments import (
+    between_segments,
+    segment_and_box,
+    segment_and_plane,
+)
 from elastocal.constraints.collision.solid import Solid
-from elastocal.constraints.collision.support import largest
+from elastocal.constraints.collision.support import largest, lowest
 from elastocal.robot.posture import Posture
 
 
@@ -35,7 +39,7 @@ class NearestPairs(NamedTuple):
 
 @dataclass(frozen=True)
 class Pairs:
-    """Pairs of solids that must not touch; the first of a pair moves, in a box is only a second.
+    """Pairs of solids that must not touch; the first moves, in a box or a plane is only a second.
 
     Attributes:
         solids: The S solids.
@@ -79,8 +83,9 @@ class Pairs:
 
     @cached_property
     def groups(self) -> list[tuple[IntArray, Solid | None]]:
-        """Pairs of two segments, then pairs with each box: (their numbers, the box)."""
-        boxed = [s if self.solids[s].boxed else -1 for s in self.second.tolist()]
+        """Pairs of two segments, then pairs with each box or plane: (their numbers, that)."""
+        still = [solid.boxed or solid.kind == "plane" for solid in self.solids]
+        boxed = [s if still[s] else -1 for s in self.second.tolist()]
         kinds = sorted(set(boxed))
         return [
             (np.flatnonzero(np.array(boxed) == kind), self.solids[kind] if kind >= 0 else None)
@@ -171,7 +176,7 @@ class _Entries:
     """Pairs at postures that the balls leave, measured by capsules and boxes: K of them."""
 
     def __init__(self, pairs: Pairs, posture: Posture, horizon: float, slack: Array) -> None:
-        self.pairs = pairs
+        self.pairs, self.posture = pairs, posture
         ends = [
             posture.point(solid.segment[e], solid.body) for solid in pairs.solids for e in (0, 1)
         ]
@@ -197,6 +202,9 @@ class _Entries:
                 apart = middle[p.first[chosen]] - middle[p.second[chosen]]
                 gap = np.sqrt((apart**2).sum(axis=1))
                 gap -= p.ball[p.second[chosen], None]
+            elif box.kind == "plane":
+                off = middle[p.first[chosen]] - box.pose[:3, 3:]
+                gap = (box.pose[:3, 2:3] * off).sum(axis=1)
             else:
                 rotation, centre = box.box_pose[:3, :3], box.box_pose[:3, 3:]
                 off = np.abs(rotation.T @ (middle[p.first[chosen]] - centre)) - box.half[:, None]
@@ -207,10 +215,12 @@ class _Entries:
         return gaps
 
     def _measure_all(self) -> None:
-        """Distances of segments from each other in one go, from boxes box by box."""
+        """Distances of segments from each other in one go, from boxes and planes one by one."""
         p = self.pairs
         for chosen, box in p.groups:
-            k = np.flatnonzero(np.isin(self.pair, chosen)) if len(p.groups) > 1 else slice(None)
+            k = np.arange(len(self.pair))
+            if len(p.groups) > 1:
+                k = k[np.isin(self.pair, chosen)]
             pair, case = self.pair[k], self.case[k]
             if not len(pair):
                 continue
@@ -220,6 +230,8 @@ class _Entries:
             if box is None:
                 c, d = self.ends[j, 0, :, case].T, self.ends[j, 1, :, case].T
                 found = between_segments(a, b, c, d)
+            elif box.kind == "plane":
+                found = segment_and_plane(a, b, box.pose)
             else:
                 pose = box.box_pose
                 found = segment_and_box(a, b, pose[:3, :3], pose[:3, 3], box.half)
@@ -228,6 +240,20 @@ class _Entries:
             self.first[:, k] = found.first - p.radius[i] * found.normal
             self.second[:, k] = found.second + outer * found.normal
             self.normal[:, k] = found.normal
+            if box is not None and box.kind == "plane":
+                self._settle(box, k[~self.exact[k]])
+
+    def _settle(self, plane: Solid, k: IntArray) -> None:
+        """From a plane every solid has a closed form: its lowest point is the nearest."""
+        solids = self.pairs.first[self.pair[k]]
+        for solid in np.unique(solids).tolist():
+            here = k[solids == solid]
+            normal = self.normal[:, here]
+            point = lowest(self.posture, self.pairs.solids[solid], self.case[here], normal)
+            distance = ((point - plane.pose[:3, 3:]) * normal).sum(axis=0)
+            self.distance[here], self.first[:, here] = distance, point
+            self.second[:, here] = point - distance * normal
+        self.exact[k] = True
 
 
 def _measure(found: _Entries, pairs: Pairs, posture: Posture, value: Array) -> None:

@@ -49,6 +49,16 @@ def between_segments(a: Array, b: Array, c: Array, d: Array) -> Closest:
     return Closest(distance, first, second, normal)
 
 
+def segment_and_plane(a: Array, b: Array, pose: Array) -> Closest:
+    """Signed distance of segments from all below z = 0 of `pose`, (4, 4), as `between_segments`."""
+    normal, origin = pose[:3, 2], pose[:3, 3]
+    heights = [normal @ (end - origin[:, None]) for end in (a, b)]
+    lower = heights[1] < heights[0]
+    distance, first = np.where(lower, heights[1], heights[0]), np.where(lower, b, a)
+    outward = np.repeat(normal[:, None], len(distance), axis=1)
+    return Closest(distance, first, first - distance * outward, outward)
+
+
 def segment_and_box(a: Array, b: Array, rotation: Array, centre: Array, half: Array) -> Closest:
     """Signed distance of segments from boxes, the point of the box second.
 

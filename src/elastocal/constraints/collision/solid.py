@@ -6,7 +6,7 @@ closed forms; elsewhere it bounds the shape from outside, and tells cheaply whic
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -26,8 +26,8 @@ class Solid:
     Attributes:
         name: What the user calls it.
         body: Number of the body it moves with: 0 is the base and the cell, see `Robot`.
-        kind: box, cylinder, sphere, capsule or hull.
-        size: As in `Shape`; of a hull not used.
+        kind: box, cylinder, sphere, capsule, hull, or plane: all below z = 0 of its pose.
+        size: As in `Shape`; of a hull or plane not used.
         pose: (4, 4) T_body_solid [m].
         segment: (2, 3) ends of a segment in the frame of the body [m] ...
         radius: ... within this distance of which lies the whole solid [m].
@@ -76,8 +76,58 @@ def capsule(name: str, body: int, start: Array, end: Array, radius: float) -> So
 
 
 def around(solid: Solid) -> Solid:
-    """The capsule that bounds a solid which moves."""
-    return capsule(solid.name, solid.body, solid.segment[0], solid.segment[1], solid.radius)
+    """The capsule that bounds a solid which moves, the box that bounds one which stands still."""
+    if not solid.boxed:
+        start, end, radius = *solid.segment, solid.radius
+        if solid.kind == "cylinder":  # a short one fits better into a ball
+            ends, radius = bounding_capsule(_rims(*solid.size))
+            start, end = ends @ solid.pose[:3, :3].T + solid.pose[:3, 3]
+        plain = capsule(solid.name, solid.body, start, end, radius)
+        return replace(plain, joint=solid.joint)
+    return replace(
+        solid,
+        kind="box",
+        size=2.0 * solid.half,
+        pose=solid.box_pose,
+        exact=True,
+        vertices=unset(),
+    )
+
+
+def _rims(radius: float, length: float) -> Array:
+    """(48, 3) corners of a prism around a cylinder [m]."""
+    turn = np.arange(_SIDES) * (2.0 * np.pi / _SIDES)
+    rim = radius / np.cos(np.pi / _SIDES) * np.array([np.cos(turn), np.sin(turn)])
+    ends = np.repeat([-length / 2.0, length / 2.0], _SIDES)
+    return np.column_stack([*np.hstack([rim, rim]), ends])
+
+
+_SIDES = 24
+
+
+def plane(name: str, height: float) -> Solid:
+    """All that is below a height in the base frame [m]."""
+    pose = np.eye(4)
+    pose[2, 3] = height
+    return Solid(name, 0, "plane", unset(), pose, np.zeros((2, 3)), 0.0, True)
+
+
+def beyond(solid: Solid, distance: float) -> Solid | None:
+    """What of a capsule is farther than `distance` [m] from the origin of its body; None: nothing.
+
+    The rest of it counts as another solid that covers this one.
+    """
+    if solid.kind != "capsule":
+        return None
+    near, far = sorted(solid.segment, key=np.linalg.norm)
+    along = far - near
+    # |near + s along| = distance, the larger of the two solutions
+    a, b, c = along @ along, near @ along, near @ near - distance**2
+    if a < 1e-12 or far @ far <= distance**2 or b * b < a * c:
+        return None
+    share = max((np.sqrt(b * b - a * c) - b) / a, 0.0)
+    piece = capsule(solid.name, solid.body, near + share * along, far, solid.radius)
+    return replace(piece, joint=solid.joint, covered=True)
 
 
 def solids_of(shape: Shape, name: str) -> list[Solid]:

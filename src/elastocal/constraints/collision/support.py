@@ -31,6 +31,31 @@ def largest(posture: Posture, solid: Solid, case: IntArray, direction: Array) ->
     return np.asarray(offset + _support(solid, pose[:3, :3].T @ local))
 
 
+def lowest(posture: Posture, solid: Solid, case: IntArray, direction: Array) -> Array:
+    """(3, K) point of a solid that is farthest against a direction, as `largest` takes them [m]."""
+    frame = posture.bodies[solid.body][:, :, case]
+    turn = solid.pose[:3, :3]
+    corner = turn @ _corner(solid, turn.T @ -(frame[:3] * direction).sum(axis=1))
+    corner += solid.pose[:3, 3:]
+    return np.asarray((frame[:3] * corner[:, None]).sum(axis=0) + frame[3])
+
+
+def _corner(solid: Solid, n: Array) -> Array:
+    """(3, K) point of a solid in its own frame that is farthest along n."""
+    size = solid.size
+    if solid.kind == "hull":
+        return np.asarray(solid.vertices[(solid.vertices @ n).argmax(axis=0)].T)
+    if solid.kind == "box":
+        return np.asarray(0.5 * size[:, None] * np.sign(n))
+    if solid.kind == "cylinder":
+        across = n[:2] / np.maximum(np.hypot(n[0], n[1]), 1e-12)
+        return np.concatenate([size[0] * across, 0.5 * size[1] * np.sign(n[2:])])
+    length = size[1] if solid.kind == "capsule" else 0.0
+    end = np.zeros_like(n)
+    end[2] = 0.5 * length * np.sign(n[2])
+    return np.asarray(end + size[0] * n)
+
+
 def _support(solid: Solid, n: Array) -> Array:
     """(K,) support function of a solid in its own frame."""
     size = solid.size

@@ -7,7 +7,7 @@ import numpy as np
 from elastocal.arrays import Array
 from elastocal.constraints import Constraint, Elevation, HalfSpace, MinRadius, Tilt
 from elastocal.files.study.joint_values import by_joint
-from elastocal.files.study.obstacles import CollisionFile, ObstacleFile
+from elastocal.files.study.obstacles import CollisionFile, FloorFile, ObstacleFile
 from elastocal.files.values import (
     Axis,
     DegreeRange,
@@ -16,6 +16,7 @@ from elastocal.files.values import (
     Millimetres,
     MillimetreVector,
     Name,
+    OrOff,
     PositiveDegrees,
     PositiveMillimetres,
     Section,
@@ -69,7 +70,8 @@ class ConstraintsFile(Section):
     elevation: ElevationFile | None = None
     tilt: TiltFile | None = None
     obstacles: list[ObstacleFile] | None = None
-    collision: CollisionFile | None = None
+    collision: OrOff[CollisionFile] | None = None
+    floor: OrOff[FloorFile] | None = None
 
 
 def limits_of(robot: Robot, entry: ConstraintsFile) -> Array:

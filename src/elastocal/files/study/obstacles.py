@@ -1,8 +1,9 @@
-"""Obstacles and collision rules of a study, as clearances."""
+"""Obstacles, floor and collision rules of a study, as clearances."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.constraints import Constraint
-from elastocal.constraints.cell import CollisionRules, clearances
+from elastocal.constraints.cell import FLOOR, CollisionRules, clearances, usual_rules
 from elastocal.errors import Doubt, InputError
 from elastocal.files.values import (
     DegreeVector,
@@ -34,6 +35,25 @@ _UNITS = {"mm": 1e-3, "m": 1.0, "inch": 0.0254}
 _ROOM_TO_LEAVE = 2e-3  # [m]
 _ROUNDING = 1e-9  # [m]
 _SHAPES = ("box_mm", "cylinder_mm", "capsule_mm", "sphere_radius_mm", "mesh")
+
+
+@dataclass(frozen=True)
+class Cell:
+    """What clearances are of.
+
+    Attributes:
+        robot: The robot.
+        tool: The tool it carries in the experiments.
+        limits: (2, n) joint limits [rad or m].
+        gravity: (3,) acceleration in the base frame [m/s²], zero if it is not known.
+        folder: Where the study file is; meshes must lie in it.
+    """
+
+    robot: Robot
+    tool: Tool
+    limits: Array
+    gravity: Array
+    folder: Path
 
 
 class CylinderFile(Section):
@@ -68,37 +88,46 @@ class CollisionFile(Section):
     link_radius_mm: OneOrByName[PositiveMillimetres] | None = None
 
 
+class FloorFile(Section):
+    """The level floor under links and tool."""
+
+    z_mm: Millimetres
+
+
 def clearances_of(
     entries: Sequence[ObstacleFile] | None,
-    collision: CollisionFile | None,
-    robot: Robot,
-    tool: Tool,
-    limits: Array,
-    folder: Path,
+    collision: CollisionFile | Literal["off"] | None,
+    floor: FloorFile | Literal["off"] | None,
+    cell: Cell,
 ) -> tuple[Constraint, ...]:
-    """Clearances from the obstacles and of the robot from itself; none if neither key is there.
+    """Clearances from the obstacles, from the floor and of the robot from itself.
+
+    Where nothing is said, the robot is kept from itself and from the floor it stands on by what is
+    at hand, as `default_clearances` does.
 
     Args:
         entries: The obstacles.
         collision: What counts as a collision.
-        robot: The robot.
-        tool: The tool it carries in the experiments.
-        limits: (2, n) joint limits [rad or m].
-        folder: Where the study file is; meshes must lie in it.
+        floor: The floor.
+        cell: What the clearances are of.
     """
-    if entries is None and collision is None:
-        return ()
     obstacles = []
     for i, one in enumerate(entries or []):
         with at("obstacles", i):
-            obstacles.append(_obstacle(one, folder))
-    with at("collision"):
-        rules = _rules(collision or CollisionFile(), robot)
-    limits = np.array(limits)
-    endless = ~robot.prismatic & ~np.isfinite(limits).all(axis=0)
-    limits[:, endless] = np.array([[-np.pi], [np.pi]])
+            obstacles.append(_obstacle(one, cell.folder))
+    rules = usual_rules(cell.robot, cell.gravity)
+    if collision == "off":
+        rules = replace(rules, itself=False)
+    elif collision is not None or obstacles:
+        with at("collision"):
+            asked = _rules(collision or CollisionFile(), cell.robot)
+            rules = replace(asked, floor=rules.floor)
+    if floor is not None:
+        rules = replace(rules, floor=None if floor == "off" else floor.z_mm)
+    elif any(obstacle.name.casefold() == FLOOR for obstacle in obstacles):
+        rules = replace(rules, floor=None)
     try:
-        return clearances(robot, tool, limits, obstacles, rules)
+        return clearances(cell.robot, cell.tool, cell.limits, obstacles, rules)
     except InputError as error:
         raise LocatedError(_place(error.doubts, obstacles), str(error)) from None
 

@@ -43,7 +43,7 @@ class CampaignFile(Section):
 def pace_of(
     motion: MotionFile | None, times: CampaignFile | None, robot: Robot, limits: Array
 ) -> Pace:
-    """How long things take at the cell; what is not said has its usual value.
+    """How long things take at the cell; times that are not said have their usual values.
 
     Errors have the path from the top of the file: `motion` or `campaign`.
     """
@@ -65,7 +65,8 @@ def pace_of(
                 usual.change_load if times.change_load_min is None else times.change_load_min
             ),
         )
-        return for_robot(pace, robot, limits)
+        for_robot(pace, robot, limits)  # for its errors
+        return pace
 
 
 def _speed(motion: MotionFile, robot: Robot) -> Array:

@@ -17,7 +17,7 @@ from elastocal.files.study.constraints import ConstraintsFile, constraints_of, l
 from elastocal.files.study.experiments import ExperimentsFile, experiments_of
 from elastocal.files.study.instrument import InstrumentFile, instrument_of
 from elastocal.files.study.known import KnownOf, known_at
-from elastocal.files.study.obstacles import clearances_of
+from elastocal.files.study.obstacles import Cell, clearances_of
 from elastocal.files.study.pace import CampaignFile, MotionFile, pace_of
 from elastocal.files.study.prior import PriorFile, with_prior
 from elastocal.files.study.robot import (
@@ -173,12 +173,12 @@ def _study(file: StudyFile, path: Path, text: str, given: KnownOf | None) -> Stu
             refuse_too_few(tuple(shown_poses))
     with at("instrument"):
         instrument = instrument_of(file.instrument)
+    gravity = np.array(file.gravity_m_s2 or [0.0, 0.0, 0.0])
     with at("constraints"):
         rules = file.constraints
         constraints = constraints_of(rules, tool)
-        constraints += clearances_of(
-            rules.obstacles, rules.collision, robot, tool, limits, path.parent
-        )
+        cell = Cell(robot, tool, limits, gravity, path.parent)
+        constraints += clearances_of(rules.obstacles, rules.collision, rules.floor, cell)
     reflectors = file.tools.get(tool.name)
     constraints += view_of(robot, tool, reflectors, file.instrument.tracker, constraints)
     pace = pace_of(file.motion, file.campaign, robot, limits)
@@ -190,7 +190,7 @@ def _study(file: StudyFile, path: Path, text: str, given: KnownOf | None) -> Stu
             experiments=experiments,
             instrument=instrument,
             pace=pace,
-            gravity=np.array(file.gravity_m_s2 or [0.0, 0.0, 0.0]),
+            gravity=gravity,
             constraints=constraints,
             limits=limits,
             controller=controller,

@@ -20,7 +20,7 @@ from elastocal.constraints import (
     HeadElevation,
     LineOfSight,
 )
-from elastocal.constraints.collision.chain import robot_solids
+from elastocal.constraints.collision.chain import robot_solids, solids_at_hand
 from elastocal.constraints.collision.solid import Solid
 from elastocal.errors import InputError
 from elastocal.files.study.instrument import TrackerFile
@@ -74,9 +74,18 @@ def view_of(
 
 
 def _solids(robot: Robot, others: Sequence[Constraint]) -> list[Solid]:
-    """Parts of robot, tool and cell: those of the clearances, else the robot alone."""
-    known = {id(s): s for c in others if isinstance(c, Clearance) for s in c.pairs.solids}
-    return list(known.values()) or robot_solids(robot)
+    """Parts of robot, tool and cell: those of the clearances, else the robot alone.
+
+    The floor is under the beam; what another solid covers hides nothing more.
+    """
+    all_ = [s for c in others if isinstance(c, Clearance) for s in c.pairs.solids]
+    known = {id(s): s for s in all_ if s.kind != "plane" and not s.covered}
+    if known:
+        return list(known.values())
+    try:
+        return robot_solids(robot)
+    except InputError:
+        return solids_at_hand(robot)[0]
 
 
 def _axes(tool: Tool, entry: ToolFile | None, tracked: bool) -> dict[str, tuple[Array, float]]:

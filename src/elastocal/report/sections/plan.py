@@ -32,6 +32,7 @@ from elastocal.report.verdict import bound_of, verdict
 from elastocal.wording.lists import counted
 from elastocal.wording.numbers import number
 from elastocal.wording.plans import freedom
+from elastocal.wording.watch import watch
 
 
 def plan_chapter(contents: Contents, *, alone: bool) -> Chapter | None:
@@ -46,12 +47,14 @@ def plan_chapter(contents: Contents, *, alone: bool) -> Chapter | None:
         "ranges": two_widths(lambda width: range_chart(plan, width)),
         "margins": tables.margins(plan),
         "view": tables.view(plan),
+        "watch": watch(plan.watch.watched, plan.watch.unwatched),
     }
     sheet = {
         **about,
         "cards": run_sheet(plan, drawn),
         "tool_points": tool_points(plan),
         "way_home": way_home(plan),
+        "watch": constraints["watch"],
         "freedom": freedom(plan.free_joints, plan.turns_with_load, plan.load_range),
     }
     top = {**about, "verdict": said, "alone": alone}

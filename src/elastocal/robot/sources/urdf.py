@@ -18,6 +18,7 @@ from elastocal.errors import InputError
 from elastocal.reading import bytes_of
 from elastocal.robot.chain import Follower, Joint, Robot, T_body_joint, transform
 from elastocal.robot.joint_kinds import KINDS, PRISMATIC, JointKind, kind_of
+from elastocal.robot.reach import reach_of
 from elastocal.robot.rotations import from_rotation_vectors
 from elastocal.robot.shapes import BodyMass, Shape
 from elastocal.robot.sources.mesh_files import MeshFiles
@@ -156,17 +157,15 @@ def _robot(
         raise InputError(f"{urdf.where}: no joint {unknown[0]!r} to limit; the joints are {names}")
     if not joints:
         raise InputError(f"{urdf.where}: no joint moves between base {base!r} and tip {tip!r}")
-    T = place[tip][1]
-    reach = sum(float(np.linalg.norm(joint.T_parent_joint[:3, 3])) for joint in joints)
-    reach += float(np.linalg.norm(T[:3, 3]))
-    if reach > _LONGEST_REACH:
+    robot = Robot(urdf.name, tuple(joints), place[tip][1], followers=tuple(followers))
+    if (size := reach_of(robot)) > _LONGEST_REACH:
         raise InputError(
-            f"{urdf.where}: the chain is {reach:.6g} m long; URDF is in metres, were millimetres "
+            f"{urdf.where}: the chain reaches {size:.6g} m; URDF is in metres, were millimetres "
             "meant?"
         )
     remarks += _softer(urdf, joints, limits)
     remarks += _beside(urdf, following, own, moves, base, tip)
-    return Robot(urdf.name, tuple(joints), T, followers=tuple(followers)), place
+    return robot, place
 
 
 def _moved(joint: UrdfJoint, value: float, remarks: list[str]) -> Array:

@@ -7,8 +7,10 @@ MODULE KR_270_milling_cell_f2o4si
   ! Robot: kuka-kr270. Joint values: degrees, mm, as in the model.
   ! Forces act at the load point of the tool, in the axes of the robot base.
   ! No home position: the first motion starts where the robot stands.
-  ! SAFETY: check this program at low speed in manual mode first. Motions
-  ! between the points are not checked for collisions by this file.
+  ! Watched for collisions: floor, the robot against itself.
+  ! SAFETY: check this program at low speed in manual mode first. Motions from
+  ! point to point were checked for collisions with what the study names, in
+  ! this order and from home, the way to home was not.
   ! Set the payload of the empty calibration tool and leave it so, loaded and
   ! unloaded: the controller must not compensate what is to be measured.
   ! elastocal program 000000000000

@@ -6,6 +6,7 @@ MODULE Schiene_Zelle_3_Sud_nzdjwo
   ! moves the robot, call Run_Schiene_Zelle_3_Sud_nzdjwo.
   ! Robot: arm on a rail. Joint values: degrees, mm, as in the model.
   ! Forces act at the load point of the tool, in the axes of the robot base.
+  ! Not watched: the robot against itself, floor.
   ! SAFETY: check this program at low speed in manual mode first. Motions
   ! between the points are not checked for collisions by this file.
   ! Set the payload of the empty calibration tool and leave it so, loaded and
