@@ -142,7 +142,9 @@ def _elastocal(folder: Path, *arguments: str) -> None:
     assert done.exit_code == 0, done.output
 
 
-STUDIES = [block for block in blocks("yaml") if "elastocal: 1" in block.text]
+STUDIES = [
+    block for block in blocks("yaml") if "elastocal: 1" in block.text and "\nrobot:" in block.text
+]
 
 
 @pytest.mark.parametrize("block", STUDIES, ids=lambda block: block.name)

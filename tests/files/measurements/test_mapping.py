@@ -12,6 +12,7 @@ from elastocal.files.measurements.measurement_file import read_measurements
 from elastocal.measuring.measurements import Measurements
 from tests.files.campaign import STUDY_TEXT, study
 from tests.files.measurements.test_bad_measurements import GOOD, sentence_of
+from tests.test_examples import ROOT
 
 # In the manner of a tracker's export: cp1252, two spaces, time stamps with an apostrophe.
 TRACKER = """\
@@ -64,7 +65,7 @@ def read(
 ) -> Measurements:
     for name, data in files.items():
         (folder / name).write_bytes(data)
-    (folder / "mapping.yaml").write_text(mapping)
+    (folder / "mapping.yaml").write_text(mapping, "utf-8")
     return read_measurements([folder / n for n in files], study(text), folder / "mapping.yaml")
 
 
@@ -277,3 +278,44 @@ def test_a_mapping_that_is_no_file(tmp_path: Path) -> None:
     (tmp_path / "m.csv").write_text(GOOD)
     with pytest.raises(MeasurementFileError, match="no such file"):
         read_measurements(tmp_path / "m.csv", study(), tmp_path / "absent.yaml")
+
+
+def test_the_example_of_the_documents_is_a_whole_mapping(tmp_path: Path) -> None:
+    """Copied as it stands, for a tracker's file and the joints beside it, row by row."""
+    formats = (ROOT / "docs" / "file-formats.md").read_text("utf-8")
+    section = formats.split("\n## Mapping files\n")[1]
+    example = section.split("```yaml\n")[1].split("```")[0]
+    points = "Point ID,Load,X  [mm],Y,Z,Weight\n7,before,1000,5,2000,0\n"
+    points += "7,after,1000.2,5.1,1997,250\n"
+    joints = "J1;J2;J3;J4;J5;J6\n" + "10;-60;80;30;40;50\n" * 2
+    one = STUDY_TEXT.replace(", M2: [500, 150, -300]", "")
+    files = {"points.csv": points.encode(), "joints.csv": joints.encode()}
+    found = read(example, files, tmp_path, one)
+    assert (found.names, found.own_uncertainty) == (("7",), True)
+    np.testing.assert_allclose(found.deflection, [[2e-4, 1e-4, -3e-3]], atol=1e-12)
+    np.testing.assert_allclose(found.cases.wrench[0], [0, 0, -250 * 9.80665, 0, 0, 0])
+    np.testing.assert_allclose(np.degrees(found.cases.q[0]), [10, -60, 80, 30, 40, 50])
+
+
+@pytest.mark.parametrize(
+    ("mapped", "header"),
+    [
+        ("u [um]: U", "U [\u00b5m]"),
+        ("u [um]: U", "U [\u03bcm]"),
+        ("u [\u00b5m]: U", "U [um]"),
+        ("u [\u03bcm]: U", "U [\u00b5m]"),
+        ("u [um]: U [um]", "U  [\u03bcm]"),
+        ("u [\u03bcm]: U [\u00b5m]", "U [um]"),
+        ('"u [um]": U', "U"),
+        ("u: U [um]", "U [\u00b5m]"),
+        ("u [um]: Uncert. f\u00fcr x", "Uncert. fu\u0308r x [um]"),
+    ],
+)
+def test_a_unit_is_the_same_in_any_spelling(mapped: str, header: str, tmp_path: Path) -> None:
+    names = ["experiment", "marker", *(f"A{i}" for i in range(1, 7)), "Fx", "Fy", "Fz"]
+    columns = "".join(f"  {name}: {name}\n" for name in [*names, "dx", "dy", "dz"])
+    text = GOOD.replace("u [mm]", header).replace(",0.02\n", ",20\n")
+    mapping = f"elastocal: 1\ncolumns:\n{columns}  {mapped}\n"
+    found = read(mapping, {"m.csv": text.encode()}, tmp_path)
+    np.testing.assert_allclose(found.covariance[0], (2e-5) ** 2 * np.eye(3), rtol=1e-12)
+    assert found.doubts == ()

@@ -71,7 +71,7 @@ def test_a_rail_does_not_turn(tmp_path: Path) -> None:
 
 
 def test_what_is_no_whole_turn_apart_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(MeasurementFileError, match="expected one configuration"):
+    with pytest.raises(MeasurementFileError, match=r"has 359\.9 ° here and 0\.5 ° in line 2"):
         read(tmp_path, "0,0.5,10,20", "0,359.9,10,20")
 
 

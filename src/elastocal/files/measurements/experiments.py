@@ -48,8 +48,8 @@ def grouped(table: Table, robot: Robot, loaded: BoolArray | None, gravity: Array
     """
     names, codes = _experiments(table)
     keys = [f"q:{joint.name}" for joint in robot.joints]
-    shown = side_by_side(table.vectors(keys), codes, robot)
-    q, spread = _common(shown, codes, len(names))
+    shown = table.vectors(keys)
+    q, spread = _common(side_by_side(shown, codes, robot), codes, len(names))
     row, joint = np.unravel_index(spread.argmax(), spread.shape)
     if spread[row, joint] > JOINT_SCATTER:
         scale, unit = robot.joints[joint].kind.shown

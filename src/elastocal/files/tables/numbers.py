@@ -13,8 +13,13 @@ from elastocal.errors import InputError
 LARGEST = 1e9
 """Numbers beyond this are mistakes in any unit of these files."""
 
-_SIGNED = re.compile(r"\s*'?[-+−]?\d*[.,]\d+([eE][-+]?\d+)?\s*")
-_THOUSANDS = re.compile(r"\s*'?[-+−]?[1-9]\d{0,2},\d{3}\s*")
+_MINUS = "-−–‐‑﹣－"
+"""What is printed for a minus."""
+_DASHES = str.maketrans(dict.fromkeys(_MINUS, "-"))
+_SIGNED = re.compile(rf"\s*'?[{_MINUS}+]?\d*[.,]\d+([eEdD][-+]?\d+)?\s*")
+_EXPONENT = re.compile(r"(?<=[\d.,])[dD](?=[-+]?\d)")
+"""Fortran writes 1.5D+01."""
+_THOUSANDS = re.compile(rf"\s*'?[{_MINUS}+]?[1-9]\d{{0,2}},\d{{3}}\s*")
 
 
 def decimal_in(cell: str, delimiter: str) -> str:
@@ -48,8 +53,8 @@ def numbers_of(
     """
     together = "".join(cells)
     good = not (decimal == "," and "." in together) and "_" not in together
-    if "'" in together or "−" in together:
-        cells = [plain(cell).replace("−", "-") for cell in cells]
+    if not together.isascii() or "'" in together or "d" in together.lower():
+        cells = [_EXPONENT.sub("e", plain(cell).translate(_DASHES)) for cell in cells]
     ready = [cell.replace(",", ".") for cell in cells] if decimal == "," else cells
     try:
         values = np.fromiter(map(float, ready), dtype=np.float64, count=len(ready))
@@ -81,7 +86,9 @@ def _problem(cell: str, decimal: str) -> str:
             return f"expected a finite number, found {shown}{more}"
     except ValueError:
         pass
-    if re.fullmatch(r"[-+]?\d{1,3}([,.  ']\d{3})+([.,]\d*)?", text) and decimal not in text[:-4]:
+    if re.fullmatch(r"[-+]?\d{1,3}([,.\s’']\d{3})+([.,]\d*)?", text) and (
+        decimal not in text[:-4] or text.count(decimal) > 1
+    ):
         return f"expected a number without thousands separators, found {shown}"
     if decimal == "." and re.fullmatch(r"[-+]?\d*,\d+", text):
         return f"expected a number with a decimal point, found {shown}"
