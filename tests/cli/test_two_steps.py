@@ -154,8 +154,8 @@ def test_readings_are_not_counted_twice(folder: Path, tmp_path: Path, option: st
     result = run("identify", *arguments, option, folder / "model.json")
     assert result.exit_code == 2
     said = flat(result.output)
-    assert "model.json: was fitted to" in said
-    assert "two_m.csv, so its readings would count twice" in said
+    assert "model.json: has the readings of" in said
+    assert "two_m.csv in it already, so they would count twice" in said
     assert not (tmp_path / "m.json").exists()
     study = tmp_path / "two.yaml"
     study.write_text(SECOND + "known: model.json\n", encoding="utf-8")
@@ -163,6 +163,46 @@ def test_readings_are_not_counted_twice(folder: Path, tmp_path: Path, option: st
     result = run("identify", study, folder / "two_m.csv", "-o", tmp_path / "m.json")
     assert result.exit_code == 2
     assert "would count twice" in flat(result.output)
+
+
+def test_readings_are_not_counted_twice_however_far_back(folder: Path, tmp_path: Path) -> None:
+    """The second model was made with the first, so it has the readings of the first campaign."""
+    one = (folder / "one.yaml", folder / "one_m.csv", "-o", tmp_path / "m.json")
+    provenance = json.loads((folder / "model.json").read_text("utf-8"))["provenance"]
+    files = [folder / "one_m.csv", folder / "two_m.csv"]
+    assert provenance["readings"] == sorted(
+        hashlib.sha256(file.read_bytes()).hexdigest() for file in files
+    )
+    result = run("identify", *one, "--prior", folder / "model.json")
+    assert result.exit_code == 2
+    assert "one_m.csv in it already" in flat(result.output)
+    result = run("identify", *one, "--prior", folder / "first.json")
+    assert result.exit_code == 2
+    # Through a mapping, and beside another file, they are still the same readings.
+    names = ["experiment", "marker", "J1", "J2", "J3", "Fx", "Fy", "Fz", "dx", "dy", "dz"]
+    columns = "".join(f"  {name}: {name}\n" for name in names)
+    (tmp_path / "map.yaml").write_text(f"elastocal: 1\ncolumns:\n{columns}")
+    again = (*one, "--mapping", tmp_path / "map.yaml")
+    assert run("identify", *again).exit_code == 0
+    (tmp_path / "m.json").unlink()
+    result = run("identify", *again, "--prior", folder / "model.json")
+    assert result.exit_code == 2
+    assert "one_m.csv" in flat(result.output)
+    assert not (tmp_path / "m.json").exists()
+
+
+def test_the_rest_of_a_campaign_does_not_know_it_already(folder: Path, tmp_path: Path) -> None:
+    """`plan --after` adds the readings to what is known, which must not have them."""
+    rest = ("--count", "20", "-o", tmp_path / "rest.json", "--after", folder / "two_m.csv")
+    plain = ("plan", folder / "two.yaml", *rest)
+    result = run(*plain, "--known", folder / "model.json")
+    assert result.exit_code == 2, result.output
+    done(*plain, "--known", folder / "first.json")
+    text = (folder / "two_m.csv").read_text("utf-8")
+    (tmp_path / "copy.csv").write_text(text, "utf-8")
+    result = run(*plain, "--after", tmp_path / "copy.csv")
+    assert result.exit_code == 2
+    assert "copy.csv: has the content of" in flat(result.output)
 
 
 @pytest.mark.parametrize("section", [[], "x", None, 3, True, {"measurements": []}, {"models": 3}])

@@ -71,7 +71,7 @@ def identify_command(
     replaceable(out, "model", force=force)
     known_compliances = known_model(None, study)
     data = readings(study, measurements, mapping)
-    refuse_twice(data, prior, known)
+    refuse_twice(data, prior, study.known)
     if not as_json:  # before the fit: what looks odd explains why a fit fails
         from elastocal.terminal.measurements import show_remarks
 

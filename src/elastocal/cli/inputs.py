@@ -18,8 +18,7 @@ from elastocal.elastic.compliance_model import ComplianceModel, merged_models
 from elastocal.errors import InputError
 from elastocal.files.measurements.measurement_file import read_measurements
 from elastocal.files.measurements.recognised import has_readings
-from elastocal.files.models.model_file import model_sections, read_model
-from elastocal.files.models.provenance_section import made_from
+from elastocal.files.models.model_file import model_sections, read_model, readings_in
 from elastocal.files.paths.path_file import read_path
 from elastocal.files.plans.plan_file import read_with_study, study_hash
 from elastocal.files.plans.proposal_file import Proposal, read_proposal, study_for
@@ -288,14 +287,22 @@ def known_model(path: Path | None, study: Study) -> ComplianceModel | None:
     return study.known.model
 
 
-def refuse_twice(data: Measurements, *models: Path | None) -> None:
-    """Refuse models of before that were fitted to these readings: they would count twice."""
-    for path in models:
-        if path is not None and made_from(path, data):
-            raise InputError(
-                f"{path}: was fitted to {data.source}, so its readings would count twice; name a "
-                "model from before them"
-            )
+def refuse_twice(data: Measurements, *before: Path | Known | None) -> None:
+    """Refuse models of before that count these readings, however far back: they would twice.
+
+    Raises:
+        InputError: a model was fitted to them, or with the help of one that was.
+    """
+    read = {*data.readings, data.sha256} - {""}
+    for model in before:
+        if model is not None:
+            name = model.source if isinstance(model, Known) else str(model)
+            counted = model.readings if isinstance(model, Known) else readings_in(model)
+            if read & {*counted}:
+                raise InputError(
+                    f"{name}: has the readings of {data.source} in it already, so they would count "
+                    "twice; name a model from before them"
+                )
 
 
 def models_at(paths: list[Path], robot: Robot) -> ComplianceModel:

@@ -98,10 +98,11 @@ def plan_command(
 
 def _rest(study: Study, measured: list[Path], mapping: Path | None, as_json: bool) -> Study:
     """The study of what is left after the experiments in `measured`."""
-    from elastocal.cli.inputs import readings
+    from elastocal.cli.inputs import readings, refuse_twice
     from elastocal.planning.remaining import done, remaining
 
     data = readings(study, measured, mapping)
+    refuse_twice(data, study.known)
     _note(data, as_json)
     return remaining(study, done(study, data))
 

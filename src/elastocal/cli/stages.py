@@ -92,7 +92,7 @@ def _identified(study: Study, files: Files, confidence: float) -> Identification
     if not files.measurements:
         return None
     data = readings(study, files.measurements, files.mapping)
-    refuse_twice(data, files.prior, files.known)
+    refuse_twice(data, files.prior, files.known, study.known)
     how, known = fit_of(files.model, confidence), known_model(files.known, study)
     return refit(study, data, how, files.model, files.prior, known)
 

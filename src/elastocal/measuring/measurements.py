@@ -54,6 +54,8 @@ class Measurements:
             instrument of the study (False).
         source: File they were read from, or how they were made.
         sha256: Hash of that file, empty if there is none.
+        readings: Hashes of the files that have the readings, those with joints or loads alone
+            left out; what is in one of them is known by what was fitted to it.
         remarks: Sentences of the reader on what it made of the file.
         doubts: What looks odd in them.
     """
@@ -68,6 +70,7 @@ class Measurements:
     own_uncertainty: bool = False
     source: str = ""
     sha256: str = ""
+    readings: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
     doubts: tuple[Doubt, ...] = ()
 

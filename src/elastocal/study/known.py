@@ -21,12 +21,14 @@ class Known:
         planned: Whether a plan says how well they will be known, and nobody yet what they are.
         source: File it was read from, as it was named; empty if there is none.
         sha256: Hash of that file.
+        readings: Hashes of the files with readings that it counts, as far as it says.
     """
 
     model: ComplianceModel
     planned: bool = False
     source: str = ""
     sha256: str = ""
+    readings: tuple[str, ...] = ()
 
     @cached_property
     def uncertain(self) -> VirtualJoints:

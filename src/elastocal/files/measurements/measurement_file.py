@@ -39,7 +39,7 @@ from elastocal.files.measurements.table import Table, combined, kept
 from elastocal.files.measurements.turns import within_limits
 from elastocal.files.measurements.uncertainty import kind_of_uncertainty, matrices
 from elastocal.files.measurements.writing import write_measurements
-from elastocal.files.tables.decoding import decoded
+from elastocal.files.tables.decoding import FileText, decoded
 from elastocal.files.tables.layout import Layout, Style, layout
 from elastocal.files.tables.units import split_header
 from elastocal.measuring.measurements import Measurements
@@ -49,6 +49,7 @@ from elastocal.study.study import Study
 
 __all__ = ["read_measurements", "write_measurements"]
 
+_READ = frozenset((*AXES, *DEFLECTIONS, *ROTATION.values))
 _TURNS = frozenset(ROTATION.columns)
 _CHUNK = 50_000  # experiments; bounds the memory for body frames
 
@@ -99,12 +100,33 @@ def read_measurements(
         found,
         source=", ".join(map(str, paths)) + (f" through {foreign.path}" if foreign else ""),
         sha256=_digest([f.sha256 for f in files] + ([foreign.sha256] if foreign else [])),
+        readings=_with_readings(files, columns),
         remarks=(*odd, *found.remarks),
         doubts=(
             *unused(free, turned, chosen=foreign is not None),
             *doubts(found, study, units, shown.cases.q),
         ),
     )
+
+
+def _with_readings(
+    files: Sequence[FileText], columns: Sequence[dict[str, Column]]
+) -> tuple[str, ...]:
+    """Hashes of the files that have readings.
+
+    Raises:
+        MeasurementFileError: two of them have the same content.
+    """
+    first: dict[str, Path] = {}
+    for file, some in zip(files, columns, strict=True):
+        if any(column.meaning.key in _READ for column in some.values()):
+            if file.sha256 in first:
+                raise MeasurementFileError(
+                    f"{file.path}: has the content of {first[file.sha256]}, so its readings would "
+                    "count twice"
+                )
+            first[file.sha256] = file.path
+    return tuple(first)
 
 
 def _digest(digests: Sequence[str]) -> str:

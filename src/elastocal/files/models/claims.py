@@ -35,6 +35,7 @@ class ProvenanceFile(OpenSection):
     study: OriginFile | None = None
     measurements: OriginFile | None = None
     models: list[OriginFile] | None = None
+    readings: list[str] | None = None
 
 
 def _two(value: Any) -> Any:

@@ -136,6 +136,17 @@ def model_sections(path: str | Path) -> dict[str, dict[str, Any]]:
     return {key: document.get(key) or {} for key in ("provenance", "identification", "diagnostics")}
 
 
+def readings_in(path: str | Path) -> tuple[str, ...]:
+    """Hashes of all files with readings that a model file says it counts, however far back.
+
+    Raises:
+        ModelFileError: not a model file.
+    """
+    section = model_sections(path)["provenance"]
+    measured = (section.get("measurements") or {}).get("sha256")
+    return (*(section.get("readings") or ()), *((measured,) if measured else ()))
+
+
 def _read(path: Path, made: Callable[[ModelFile, dict[str, Any]], _Made]) -> _Made:
     """What is made of a model file; every error names file, line and key."""
     text = read_text(path)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from elastocal.files.models.model_file import model_sections
+from elastocal.files.models.model_file import model_sections, readings_in
 from elastocal.files.plans.plan_file import study_hash
 from elastocal.files.texts import file_hash
 from elastocal.measuring.measurements import Measurements
@@ -14,11 +14,20 @@ from elastocal.study.study import Study
 
 
 def provenance_section(study: Study, data: Measurements, prior: Path | None) -> dict[str, Any]:
-    """Study, measurements, and the other models that were used: a prior, what the study knows."""
+    """Study, measurements, and the other models that were used: a prior, what the study knows.
+
+    Every file with readings that any of them counts is named by its hash, so that none can count
+    twice, however far back.
+    """
+    before = {
+        *(readings_in(prior) if prior else ()),
+        *(study.known.readings if study.known else ()),
+    }
     return {
         "study": {"name": study.name, "sha256": study_hash(study)},
         "measurements": {"name": data.source, "sha256": data.sha256},
         "models": _models(prior, study.known),
+        "readings": sorted({*data.readings, *before}),
     }
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.errors import InputError, PlanFileError
-from elastocal.files.models.model_file import read_model
+from elastocal.files.models.model_file import read_model, readings_in
 from elastocal.files.plans.document import document_of
 from elastocal.files.plans.known_section import read_known
 from elastocal.files.plans.proposal_file import read_proposal, study_for
@@ -46,7 +46,8 @@ def known_at(path: Path, robot: Robot, study_of: StudyOf, source: str = "") -> K
     if _is_plan(text):
         return Known(_promised(text, path, robot, study_of), True, source, sha256)
     # Its compliances and their covariance count, and nothing it says besides.
-    return Known(read_model(path, robot, believed=False), False, source, sha256)
+    model = read_model(path, robot, believed=False)
+    return Known(model, False, source, sha256, readings_in(path))
 
 
 def embedded_known(document: dict[str, object], path: Path) -> KnownOf:
