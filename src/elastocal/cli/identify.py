@@ -51,10 +51,9 @@ def identify_command(
         known_in,
         known_model,
         model_at,
-        readings,
-        refuse_twice,
         sources_of,
     )
+    from elastocal.cli.measured import readings, refuse_twice
     from elastocal.files.models.identification_file import write_identification
     from elastocal.files.study.study_file import read_study
     from elastocal.identification.fit import Fit
@@ -111,7 +110,8 @@ def validate_command(
     as_json: Json = False,
 ) -> None:
     """Compare a model with experiments; with those it was made from, each is left out in turn."""
-    from elastocal.cli.inputs import fit_of, known_in, known_model, note_model, readings
+    from elastocal.cli.inputs import fit_of, known_in, known_model, note_model
+    from elastocal.cli.measured import readings
     from elastocal.cli.refit import refit
     from elastocal.files.measurements.suspicious import kept_aside
     from elastocal.files.models.identification_section import validation_document

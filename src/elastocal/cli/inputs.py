@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Container
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -16,18 +15,13 @@ import numpy as np
 from elastocal.arrays import Array, frozen
 from elastocal.elastic.compliance_model import ComplianceModel, merged_models
 from elastocal.errors import InputError
-from elastocal.files.measurements.measurement_file import read_measurements
-from elastocal.files.measurements.recognised import has_readings
-from elastocal.files.models.model_file import model_sections, read_model, readings_in
+from elastocal.files.models.model_file import model_sections, read_model
 from elastocal.files.paths.path_file import read_path
 from elastocal.files.plans.plan_file import read_with_study, study_hash
 from elastocal.files.plans.proposal_file import Proposal, read_proposal, study_for
 from elastocal.files.study.known import KnownOf, known_at
 from elastocal.files.study.study_file import named_files, parse_study, read_study
 from elastocal.identification.fit import Fit
-from elastocal.identification.impossible import refuse_impossible_readings
-from elastocal.measuring.measurements import Measurements
-from elastocal.planning.as_measured import Measured
 from elastocal.planning.assessment import assess
 from elastocal.planning.baseline import in_test_poses
 from elastocal.planning.evaluation import false_claims
@@ -92,25 +86,6 @@ def proposals(paths: list[Path], study: Study) -> dict[str, Proposal]:
     for path in paths:
         named[path.name if path.name not in named else str(path)] = read_proposal(path, study)
     return named
-
-
-def measured_among(paths: list[Path], mapping: Path | None) -> list[Path]:
-    """Those of the files that have readings, and are no plans.
-
-    Raises:
-        InputError: none has, and there is a mapping for it.
-    """
-    read = [path for path in paths if has_readings(path, foreign=mapping is not None)]
-    if mapping is not None and not read:
-        raise InputError(f"{mapping}: a mapping is for measurements, and these files are plans")
-    return read
-
-
-def as_proposal(paths: list[Path], done: Measured, taken: Container[str]) -> Proposal:
-    """A campaign that was measured as a plan that claims nothing, by the names of its files."""
-    name = ", ".join(path.name for path in paths)
-    name = ", ".join(map(str, paths)) if name in taken else name
-    return Proposal(name, done.cases, done.repeats)
 
 
 def baselines(study: Study, proposed: dict[str, Proposal]) -> dict[str, Proposal]:
@@ -247,17 +222,6 @@ def note_model(path: Path, study: Study) -> None:
         print(f"note: {path.name} was made with another version of the study", file=sys.stderr)
 
 
-def readings(study: Study, paths: list[Path], mapping: Path | None = None) -> Measurements:
-    """The readings in one file, or in several that belong together.
-
-    Raises:
-        InputError: they cannot be read, or cannot be.
-    """
-    data = read_measurements(paths[0] if len(paths) == 1 else paths, study, mapping)
-    refuse_impossible_readings(data, study.robot)
-    return data
-
-
 def model_at(path: Path | None, robot: Robot) -> ComplianceModel | None:
     """The model in a file, None if no file is named."""
     return None if path is None else read_model(path, robot)
@@ -285,24 +249,6 @@ def known_model(path: Path | None, study: Study) -> ComplianceModel | None:
             "--known"
         )
     return study.known.model
-
-
-def refuse_twice(data: Measurements, *before: Path | Known | None) -> None:
-    """Refuse models of before that count these readings, however far back: they would twice.
-
-    Raises:
-        InputError: a model was fitted to them, or with the help of one that was.
-    """
-    read = {*data.readings, data.sha256} - {""}
-    for model in before:
-        if model is not None:
-            name = model.source if isinstance(model, Known) else str(model)
-            counted = model.readings if isinstance(model, Known) else readings_in(model)
-            if read & {*counted}:
-                raise InputError(
-                    f"{name}: has the readings of {data.source} in it already, so they would count "
-                    "twice; name a model from before them"
-                )
 
 
 def models_at(paths: list[Path], robot: Robot) -> ComplianceModel:

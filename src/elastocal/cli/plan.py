@@ -98,7 +98,7 @@ def plan_command(
 
 def _rest(study: Study, measured: list[Path], mapping: Path | None, as_json: bool) -> Study:
     """The study of what is left after the experiments in `measured`."""
-    from elastocal.cli.inputs import readings, refuse_twice
+    from elastocal.cli.measured import readings, refuse_twice
     from elastocal.planning.remaining import done, remaining
 
     data = readings(study, measured, mapping)
@@ -168,15 +168,14 @@ def evaluate_command(
 ) -> None:
     """Judge plans from the study alone; refuse what breaks a constraint or claims too much."""
     from elastocal.cli.inputs import (
-        as_proposal,
         baselines,
         knowing_as,
         load,
-        measured_among,
         note_origin,
         proposals,
         with_path,
     )
+    from elastocal.cli.measured import as_proposal, measured_among
     from elastocal.cli.planning import bound
     from elastocal.files.plans.evaluation_document import evaluation_document
     from elastocal.files.plans.proposal_file import study_for
@@ -254,7 +253,7 @@ def evaluate_command(
 
 def _measured(study: Study, files: list[Path], mapping: Path | None, as_json: bool) -> Measured:
     """The campaign in measurement files; what looks odd in it is said."""
-    from elastocal.cli.inputs import readings
+    from elastocal.cli.measured import readings
     from elastocal.files.measurements.suspicious import kept_aside
     from elastocal.planning.as_measured import as_measured
 

@@ -15,11 +15,10 @@ from elastocal.cli.inputs import (
     known_model,
     model_at,
     note_model,
-    readings,
-    refuse_twice,
     start_of,
     tool_called,
 )
+from elastocal.cli.measured import readings, refuse_twice
 from elastocal.cli.refit import refit
 from elastocal.compensation.compensate import Compensation, compensate, mirrored, residual
 from elastocal.elastic.compliance_model import ComplianceModel, merged_models

@@ -1,0 +1,68 @@
+"""Measurement files on the command line: read, refused where they cannot count, told from plans.
+
+Imported by the commands when they run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Container
+from pathlib import Path
+
+from elastocal.errors import InputError
+from elastocal.files.measurements.measurement_file import read_measurements
+from elastocal.files.measurements.recognised import has_readings
+from elastocal.files.models.model_file import readings_in
+from elastocal.files.plans.proposal_file import Proposal
+from elastocal.identification.impossible import refuse_impossible_readings
+from elastocal.measuring.measurements import Measurements
+from elastocal.planning.as_measured import Measured
+from elastocal.study.known import Known
+from elastocal.study.study import Study
+
+
+def readings(study: Study, paths: list[Path], mapping: Path | None = None) -> Measurements:
+    """The readings in one file, or in several that belong together.
+
+    Raises:
+        InputError: they cannot be read, or cannot be.
+    """
+    data = read_measurements(paths[0] if len(paths) == 1 else paths, study, mapping)
+    refuse_impossible_readings(data, study.robot)
+    return data
+
+
+def refuse_twice(data: Measurements, *before: Path | Known | None) -> None:
+    """Refuse models of before that count these readings, however far back: they would twice.
+
+    Raises:
+        InputError: a model was fitted to them, or with the help of one that was.
+    """
+    read = {*data.readings, data.sha256} - {""}
+    for model in before:
+        if model is not None:
+            name = model.source if isinstance(model, Known) else str(model)
+            counted = model.readings if isinstance(model, Known) else readings_in(model)
+            if read & {*counted}:
+                raise InputError(
+                    f"{name}: has the readings of {data.source} in it already, so they would count "
+                    "twice; name a model from before them"
+                )
+
+
+def measured_among(paths: list[Path], mapping: Path | None) -> list[Path]:
+    """Those of the files that have readings, and are no plans.
+
+    Raises:
+        InputError: none has, and there is a mapping for it.
+    """
+    read = [path for path in paths if has_readings(path, foreign=mapping is not None)]
+    if mapping is not None and not read:
+        raise InputError(f"{mapping}: a mapping is for measurements, and these files are plans")
+    return read
+
+
+def as_proposal(paths: list[Path], done: Measured, taken: Container[str]) -> Proposal:
+    """A campaign that was measured as a plan that claims nothing, by the names of its files."""
+    name = ", ".join(path.name for path in paths)
+    name = ", ".join(map(str, paths)) if name in taken else name
+    return Proposal(name, done.cases, done.repeats)
