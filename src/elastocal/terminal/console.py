@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from copy import copy
+from dataclasses import replace
 from typing import IO, Any
 
 import numpy as np
@@ -13,6 +16,7 @@ from rich.measure import Measurement
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.segment import Segment
 from rich.table import Table
+from rich.text import TextType
 
 from elastocal.arrays import Array
 from elastocal.planning.certificate import Progress as Tell
@@ -59,12 +63,49 @@ def progress(title: str) -> Iterator[Tell]:
 
 
 def whole(table: Table) -> None:
-    """Print a table without cutting numbers off, wider than the terminal if need be."""
+    """Print a table without cutting numbers off.
+
+    One that is too wide for a terminal comes in parts, each with the first column; in a file a row
+    stays a line.
+    """
+    narrow = out.is_terminal or "COLUMNS" in os.environ
+    for part in _parts(table) if narrow and _width(table) > out.width else [table]:
+        # A console never prints wider than itself, whatever it is told.
+        wide = _SafeConsole(file=out.file, width=max(out.width, _width(part)), highlight=False)
+        wide.print(part, crop=False, no_wrap=True, overflow="ignore", soft_wrap=True)
+
+
+def _width(table: Table) -> int:
     room = out.options.update(width=1000, max_width=1000)
-    width = max(out.width, Measurement.get(out, room, table).maximum)
-    # A console never prints wider than itself, whatever it is told.
-    wide = _SafeConsole(file=out.file, width=width, highlight=False)
-    wide.print(table, crop=False, no_wrap=True, overflow="ignore", soft_wrap=True)
+    return Measurement.get(out, room, table).maximum
+
+
+def _parts(table: Table) -> Iterator[Table]:
+    """The columns one after the other, as many as find room beside the first."""
+    left = list(range(1, len(table.columns)))
+    title = table.title
+    while left:
+        count = len(left)
+        while count > 1 and (
+            _width(_some(table, left[:count], title)) > out.width
+            or _is_unit(table, left[count : count + 1])
+        ):
+            count -= 1
+        yield _some(table, left[:count], title)
+        left, title = left[count:], None
+
+
+def _is_unit(table: Table, columns: list[int]) -> bool:
+    """Whether a column, if there is one, is that of the units of the one before."""
+    return any(str(table.columns[i].header) == "unit" for i in columns)
+
+
+def _some(table: Table, columns: list[int], title: TextType | None) -> Table:
+    """The first column of a table and some others."""
+    part = copy(table)
+    chosen = [table.columns[i] for i in (0, *columns)]
+    part.title, part.columns = title, [replace(c, _index=i) for i, c in enumerate(chosen)]
+    return part
 
 
 def numbers(vector: Array) -> str:
