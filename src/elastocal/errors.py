@@ -106,6 +106,7 @@ Code = Literal[
     "no-task",
     "taken-as-rigid",
     "rigid-at-test-pose",
+    "hardly-known",
     "criterion-renamed",
     "not-watched",
     "hardly-watched",

@@ -7,11 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import elastocal as ec
 from elastocal.arrays import Array
 from elastocal.constraints import room_at
 from elastocal.elastic.allowed_loads import FreeDirection, InPlane
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.planning.assessment import assess
+from elastocal.planning.assessment import assess, hardly_known
 from elastocal.robot.posture import Posture
 from elastocal.study.study import Study
 from elastocal.wording import worded
@@ -102,3 +103,14 @@ def test_rho0_of_one_pose_is_the_trace_by_hand() -> None:
     assert found.rho0_each == (pytest.approx(found.rho0),)
     assert found.identifiable
     assert not assess(study, at([[0.0, 60.0, 30.0]], DOWN), np.array([6])).identifiable
+
+
+def test_compliances_that_are_hardly_known_are_named() -> None:
+    robot = ec.load_robot("three-link")
+    springs = ec.joint_springs(robot)
+    assert not list(hardly_known(springs, np.array([1e-9, 9e-5, np.inf])))
+    (doubt,) = hardly_known(springs, np.array([1e-9, 4.23e-4, 3.3e-4]))
+    assert (doubt.code, doubt.about, doubt.unit) == ("hardly-known", ("J2", "J3"), "rad/(N·m)")
+    assert worded(doubt).startswith(
+        "J2, J3: will not be known, with standard errors of 420, 330 µrad/(N·m)"
+    )

@@ -14,10 +14,11 @@ from elastocal.elastic.springs import VirtualJoints, merged, subset
 from elastocal.errors import InputError
 from elastocal.study.criteria import CRITERIA
 from elastocal.study.known import Known
-from elastocal.study.left_rigid import left_rigid
+from elastocal.study.left_rigid import counted, left_rigid
 from elastocal.study.study import CarriedOut, TestPose
 from elastocal.study.test_path import test_path
 from elastocal.study.two_steps import with_known
+from elastocal.wording import worded
 from tests.kr270 import FOLDER, kr270_study, kr270_truth, published_cases
 
 OTHERS = ("A2", "A3", "A4", "A5", "A6")
@@ -163,6 +164,12 @@ def test_joints_left_rigid_are_told_apart_by_what_the_task_does() -> None:
     (pose,) = study.test_poses
     assert pose.case is not None
     assert pose.tool is not None
+    bent = ec.ElasticArm(study.robot, ec.joint_springs(study.robot, ["A1"]), pose.tool.at_tcp)
+    move = ec.deflection(bent, np.array([1e-7]), pose.case)[:, :3]
+    assert 1e-7 * doubt.numbers["A1"] == pytest.approx(np.linalg.norm(move), rel=1e-9)
+    assert doubt.unit == "rad/(N·m)"
+    assert "every 0.1 µrad/(N·m) of A1 adds up to 94.1 µm there" in worded(doubt)
+    assert counted(study) == ("A2", "A3", "A4", "A5", "A6")
     inside = ec.LoadCases(pose.case.q * [0, 1, 1, 0, 0, 0], [[300.0, 0, -180, 0, 0, 0]])
     arm = replace(study.arm, tool=pose.tool)
     plane = replace(study, test_poses=(ec.test_pose(arm, inside, 1.0, "plane"),))

@@ -10,7 +10,8 @@ import pytest
 
 from elastocal.errors import Code, Doubt
 from elastocal.wording import SENTENCES, worded
-from elastocal.wording.plans import freedom
+from elastocal.wording.numbers import readable
+from elastocal.wording.plans import freedom, only_of, told
 from tests.test_architecture import MAY_IMPORT, MODULES, room_of
 
 CORE = set(MAY_IMPORT) - set(
@@ -204,3 +205,22 @@ def test_which_joints_may_be_set_otherwise(
     free: tuple[str, ...], turning: str, spread: float, sentences: list[str]
 ) -> None:
     assert freedom(free, turning, spread) == sentences
+
+
+def test_errors_say_whose_they_are() -> None:
+    order = [f"A{i}" for i in range(1, 7)]
+    rigid = [Doubt("rigid-at-test-pose", ("A1",), ("milling",), {"A1": 1.0}, "rad/(N·m)")]
+    assert only_of(order[1:], rigid, order) == ", of A2 to A6 only"
+    assert only_of(["A2", "A3", "A5"], rigid, order) == ", of A2, A3, A5 only"
+    assert only_of(["A2", "A3", "A4", "base"], rigid, order) == ", of A2, A3, A4, base only"
+    assert only_of(["A5", "A6"], rigid, order) == ", of A5, A6 only"
+    assert only_of(order, [], order) == ""
+    assert told(rigid[0], "x") == "Weak: x"
+    assert told(Doubt("taken-as-rigid", ("A1",)), "x") == "Note: x"
+
+
+def test_large_compliances_are_in_micro_units() -> None:
+    assert readable("rad/(N·m)", 4.23e-4) == (1e6, "µrad/(N·m)")
+    assert readable("m/N", 4.23e-5) == (1e6, "µm/N")
+    for value in (2e-9, 9e-6, np.inf):
+        assert readable("rad/(N·m)", value) == (1e9, "1e-9 rad/(N·m)")

@@ -6,6 +6,7 @@ The planner and `evaluate` both call it: a plan's claims are always recomputed f
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,9 +15,11 @@ from elastocal.arrays import Array, IntArray, frozen
 from elastocal.constraints import HeldJoint, room_at
 from elastocal.elastic.allowed_loads import FixedVector, InPlane, Load
 from elastocal.elastic.load_cases import LoadCases
+from elastocal.elastic.springs import VirtualJoints
 from elastocal.errors import Code, Doubt
 from elastocal.matrices import rank_of, scaled_inverse
 from elastocal.motion.margins import Vias
+from elastocal.robot.joint_kinds import PRISMATIC, REVOLUTE
 from elastocal.robot.posture import Posture
 from elastocal.study.criteria import RHO0, losses
 from elastocal.study.study import Study, TestPose
@@ -119,6 +122,21 @@ def assess(study: Study, cases: LoadCases, repeats: IntArray) -> Assessment:
         nearest=nearest,
         violations=violations,
     )
+
+
+def hardly_known(springs: VirtualJoints, standard_error: Array) -> Iterator[Doubt]:
+    """Compliances with standard errors (p,) beyond those that springs of arms have, by kind."""
+    for kind in dict.fromkeys(springs.kinds):
+        errors = {
+            name: float(error)
+            for name, own, error in zip(springs.names, springs.kinds, standard_error, strict=True)
+            if own is kind and _SOFT[kind] < error < np.inf
+        }
+        if errors:
+            yield Doubt("hardly-known", tuple(errors), numbers=errors, unit=kind.compliance)
+
+
+_SOFT = {REVOLUTE: 1e-4, PRISMATIC: 1e-5}  # compliances of soft arms: 10 000 N·m/rad, 100 N/mm
 
 
 def _worst(pose: TestPose | TestPath, covariance: Array, regular: bool) -> WorstPoint | None:

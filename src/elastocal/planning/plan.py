@@ -24,7 +24,7 @@ from elastocal.motion.margins import motions_free
 from elastocal.motion.schedule import Schedule, schedule
 from elastocal.motion.tour import best_order
 from elastocal.motion.via_points import UnreachableError, detours, refuse_home
-from elastocal.planning.assessment import Assessment, assess
+from elastocal.planning.assessment import Assessment, assess, hardly_known
 from elastocal.planning.certificate import (
     Bound,
     Certificate,
@@ -81,9 +81,12 @@ class Plan:
 
     @cached_property
     def doubts(self) -> tuple[Doubt, ...]:
-        """What ρ0 leaves out: joints taken as rigid that the task bends; what is hardly watched."""
+        """What is weak: joints taken as rigid that the task bends, which ρ0 leaves out; compliances
+        that the experiments hardly tell; what is hardly watched."""
         rigid = [d for d in left_rigid(self.study) if d.code == "rigid-at-test-pose"]
-        return (*rigid, *(d for d in self.watch.doubts if d.code == "hardly-watched"))
+        hardly = hardly_known(self.study.springs, self.assessment.standard_error)
+        watched = [d for d in self.watch.doubts if d.code == "hardly-watched"]
+        return (*rigid, *hardly, *watched)
 
     @property
     def watch(self) -> Watch:

@@ -12,11 +12,12 @@ import numpy as np
 from elastocal.arrays import Array
 from elastocal.planning.certificate import Certificate
 from elastocal.planning.plan import Plan
+from elastocal.study.left_rigid import counted as counted_in
 from elastocal.study.study import Study
 from elastocal.wording import ended, worded
 from elastocal.wording.lists import counted
 from elastocal.wording.numbers import given, length, length_and_unit, number, percent, small
-from elastocal.wording.plans import missed, searched
+from elastocal.wording.plans import missed, only_of, searched
 
 
 @dataclass(frozen=True)
@@ -55,6 +56,11 @@ class Verdict:
     advice: tuple[str, ...]
 
 
+def only(plan: Plan) -> str:
+    """Of which springs ρ0 is, if others bend at the test poses."""
+    return only_of(counted_in(plan.study), plan.doubts, plan.study.robot.joint_names)
+
+
 def _turned(study: Study) -> str:
     """The noise of a rotation, if it is measured."""
     sigma = study.instrument.sigma_rotation
@@ -75,7 +81,8 @@ def verdict(plan: Plan, random: Array | None) -> Verdict:
     meaning = (
         f"Root mean square position error that is left {where} after compensation, "
         f"because measurements are noisy (σ\u00a0=\u00a0{given(study.sigma)} per axis"
-        f"{_turned(study)})."
+        f"{_turned(study)}){only(plan)}. It is the share of the calibration alone: repeatability, "
+        "geometry and temperature come on top."
     )
     return Verdict(
         work,

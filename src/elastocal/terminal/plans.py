@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from rich import box
+from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
@@ -19,14 +20,15 @@ from elastocal.planning.plan import Plan
 from elastocal.planning.visibility import Visibility
 from elastocal.robot.chain import Robot
 from elastocal.study.criteria import CRITERIA, RHO0
+from elastocal.study.left_rigid import counted as counted_in
 from elastocal.study.study import Study
 from elastocal.terminal.console import micrometres, numbers, out, whole
 from elastocal.terminal.studies import known_phrase
 from elastocal.terminal.test_poses import show_test_poses, where_judged
 from elastocal.wording import ended, worded
 from elastocal.wording.lists import counted
-from elastocal.wording.numbers import described, number, shown_unit
-from elastocal.wording.plans import freedom, missed, searched
+from elastocal.wording.numbers import described, number, readable, shown_unit
+from elastocal.wording.plans import freedom, missed, only_of, searched, told
 from elastocal.wording.watch import watch
 
 MEASURED = (
@@ -60,14 +62,19 @@ def show_plan(plan: Plan) -> None:
     show_test_poses(plan.study, {"": worth}, {})
     out.print(
         f"ρ0 = [bold]{micrometres(worth.rho0)}[/bold]: root mean square position error "
-        f"after compensation {where_judged(plan.study)}"
+        f"after compensation {where_judged(plan.study)}{escape(_only(plan))}"
     )
     for doubt in plan.doubts:
-        out.print(Text(f"Note: {ended(worded(doubt))}", style="yellow"))
+        out.print(Text(told(doubt, ended(worded(doubt))), style="yellow"))
     if plan.criterion != RHO0.name:
         out.print(Text(_by_criterion(plan)))
     out.print(Text(certificate_sentence(plan.certificate, plan.count)))
     out.print(Text(duration_sentence(plan.schedule)))
+
+
+def _only(plan: Plan) -> str:
+    """Of which springs ρ0 is, if others bend at the test poses."""
+    return only_of(counted_in(plan.study), plan.doubts, plan.study.robot.joint_names)
 
 
 def _by_criterion(plan: Plan) -> str:
@@ -130,7 +137,8 @@ def _errors(study: Study, standard_error: Array) -> Table:
     table.add_column("unit")
     springs = study.springs
     for name, kind, error in zip(springs.names, springs.kinds, standard_error, strict=True):
-        table.add_row(Text(name), f"{1e9 * error:.3g}", Text(f"1e-9 {kind.compliance}"))
+        factor, unit = readable(kind.compliance, float(error))
+        table.add_row(Text(name), number(factor * error), Text(unit))
     return table
 
 

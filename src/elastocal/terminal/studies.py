@@ -19,6 +19,7 @@ from elastocal.study.test_path import TestPath
 from elastocal.terminal.console import numbers, out
 from elastocal.wording import ended, worded
 from elastocal.wording.lists import counted
+from elastocal.wording.plans import told
 from elastocal.wording.watch import watch
 
 
@@ -87,8 +88,10 @@ def show_check(study: Study, found: Checkup) -> None:
         out.print(Text(f"Contact not watched, {worded(contacts)}."))
     paths = [pose for pose in study.test_poses if isinstance(pose, TestPath)]
     remarks = [remark for path in paths for remark in path.remarks]
-    for remark in (*robot.remarks, *remarks, *map(worded, found.doubts)):
+    for remark in (*robot.remarks, *remarks):
         out.print(Text(f"Note: {ended(remark)}", style="yellow"))
+    for doubt in found.doubts:
+        out.print(Text(told(doubt, ended(worded(doubt))), style="yellow"))
     if found.problem is None:
         out.print(f"[green]Identifiable:[/green] {escape(', '.join(study.springs.names))}")
 

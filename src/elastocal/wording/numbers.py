@@ -76,6 +76,16 @@ def shown_unit(unit: str, values: Iterable[float] = ()) -> tuple[float, str]:
     return _PEOPLE.get(unit, (1.0, unit))
 
 
+def readable(compliance: str, value: float) -> tuple[float, str]:
+    """Factor from SI, and unit, in which a value of a `compliance` is no large number."""
+    if compliance in _SOFT and 1e-5 <= value < np.inf:
+        return 1e6, _SOFT[compliance]
+    return 1e9, f"1e-9 {compliance}"
+
+
+_SOFT = {"rad/(N·m)": "µrad/(N·m)", "m/N": "µm/N"}
+
+
 def length(value: float, digits: int = 3) -> str:
     """A small length [m] with its unit."""
     return " ".join(part for part in length_and_unit(value, digits) if part)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from elastocal.errors import Code, Doubt
 from elastocal.wording.lists import experiments, listed
-from elastocal.wording.numbers import described
+from elastocal.wording.numbers import described, short
 
 
 def _load(doubt: Doubt, *keys: str) -> str:
@@ -34,6 +34,41 @@ def _criteria(doubt: Doubt) -> str:
     claimed, found = (described(doubt.numbers[n], doubt.unit, 6) for n in ("claimed", "found"))
     rest = f"; the same goes for {', '.join(more)}" if more else ""
     return f"it claims {claimed} for criterion {first} but has {found}{rest}"
+
+
+def only_of(names: Sequence[str], doubts: Iterable[Doubt], order: Sequence[str]) -> str:
+    """', of A2 to A6 only' behind an error that leaves joints out; empty if none bends.
+
+    Args:
+        names: Springs whose errors are in it.
+        doubts: What is weak in the plan.
+        order: All joints, in the order of the chain.
+    """
+    if not any(doubt.code == "rigid-at-test-pose" for doubt in doubts):
+        return ""
+    places = [order.index(name) for name in names if name in order]
+    in_a_row = len(places) == len(names) and places == list(range(places[0], places[-1] + 1))
+    shown = f"{names[0]} to {names[-1]}" if in_a_row and len(names) > 2 else listed(names)
+    return f", of {shown} only"
+
+
+def told(doubt: Doubt, sentence: str) -> str:
+    """The sentence of a doubt about a study or a plan, with what it is: a weak point, or a note."""
+    return f"{'Weak' if doubt.code in _WEAK else 'Note'}: {sentence}"
+
+
+_WEAK: frozenset[Code] = frozenset({"rigid-at-test-pose", "hardly-known"})
+
+
+def _hardly_known(doubt: Doubt) -> str:
+    unit = {"rad/(N·m)": "µrad/(N·m)", "m/N": "µm/N"}[doubt.unit]
+    errors = ", ".join(short(1e6 * doubt.numbers[name]) for name in doubt.about)
+    several = "standard errors" if len(doubt.about) > 1 else "a standard error"
+    return (
+        f"{listed(doubt.about)}: will not be known, with {several} of {errors} {unit}, "
+        "more than the springs of most arms give; leave out of `identify` what no test pose needs, "
+        "or plan other loads, tools or more experiments"
+    )
 
 
 def searched(starts: int, attained: int, narrow: int, narrow_attained: int, rarest: int) -> str:
@@ -112,6 +147,7 @@ _RARE = 6  # starts that find a load case from which on it is not rare
 _ONE_SIDE = 1e-6  # spread of loads from one side: rounding [rad]
 
 SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
+    "hardly-known": _hardly_known,
     "constraint-broken": lambda doubt: (
         f"{_at(doubt)} breaks {doubt.about[0]} by {described(doubt.numbers['by'], doubt.unit)}"
     ),

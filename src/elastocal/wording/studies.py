@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 from elastocal.errors import Code, Doubt
 from elastocal.wording.lists import listed
-from elastocal.wording.numbers import shown
+from elastocal.wording.numbers import length, shown
 
 _NOT_WATCHED = {
     "ignored": "left out by the study",
@@ -41,10 +41,14 @@ def _no_task(doubt: Doubt) -> str:
 def _rigid_at_test_pose(doubt: Doubt) -> str:
     is_, its = ("is", "its") if len(doubt.about) == 1 else ("are", "their")
     poses = "test pose" if len(doubt.because) == 1 else "test poses"
+    unit = _MILLIONTHS.get(doubt.unit, doubt.unit)
+    adds = " and ".join(
+        f"of {name} adds up to {length(_STEP * move)}" for name, move in doubt.numbers.items()
+    )
     return (
         f"{', '.join(doubt.about)} {is_} taken as rigid, but bent at {poses} "
-        f"{', '.join(map(repr, doubt.because))}: {its} error comes on top of ρ0; a second campaign "
-        "can identify what this one leaves out"
+        f"{', '.join(map(repr, doubt.because))}: {its} error comes on top of ρ0, every 0.1 {unit} "
+        f"{adds} there; a second campaign can identify what this one leaves out"
     )
 
 
@@ -57,6 +61,10 @@ def _chain_as_capsules(doubt: Doubt) -> str:
         f"{links} {verb} watched as capsules from joint to joint, {radius} mm in radius; "
         "constraints: {collision: {link_radius_mm: …}} says how thick"
     )
+
+
+_STEP = 1e-7  # of a compliance that is left out [rad/(N·m), m/N]
+_MILLIONTHS = {"rad/(N·m)": "µrad/(N·m)", "m/N": "µm/N"}
 
 
 def _coarse(doubt: Doubt) -> str:

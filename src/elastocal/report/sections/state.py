@@ -22,6 +22,7 @@ from elastocal.report.sections.identification import readings_remarks
 from elastocal.report.sections.identification import remarks as identification_remarks
 from elastocal.report.sections.provenance import robot_of
 from elastocal.report.sections.validation import origin, removed, validation_remarks
+from elastocal.report.verdict import only
 from elastocal.simulation.campaigns import MonteCarlo
 from elastocal.simulation.prediction import doubts_of_campaigns
 from elastocal.wording import worded
@@ -103,7 +104,8 @@ def _planned(plan: Plan) -> Step:
     """ρ0 of the plan."""
     efficiency = plan.certificate.efficiency
     said = (
-        f"expected position error ρ₀ after compensation, from {counted(plan.count, 'experiment')}"
+        f"expected position error ρ₀ after compensation{only(plan)}, from "
+        f"{counted(plan.count, 'experiment')}"
     )
     if np.isfinite(efficiency):
         said += f"; efficiency {percent(efficiency)}"
@@ -186,6 +188,8 @@ def _alarms(contents: Contents) -> list[tuple[str, tuple[str, ...]]]:
 def _remarks(contents: Contents) -> tuple[str, ...]:
     """What is weak, of every stage."""
     remarks: list[str] = []
+    if contents.plan is not None:
+        remarks += map(worded, contents.plan.doubts)
     if contents.identification is not None:
         found = contents.identification
         remarks += identification_remarks(found)
