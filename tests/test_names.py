@@ -204,6 +204,17 @@ def test_names_in_a_model(good: Path, section: str) -> None:
     assert "visible signs" in result.stderr
 
 
+def test_the_source_of_a_model(good: Path) -> None:
+    entry = {"A2": {"value": 1, "unit": "mrad/(kN.m)"}}
+    model = good.parent / "model.json"
+    model.write_text(json.dumps({"source": "a\x1b[2J", "compliance": entry}), encoding="utf-8")
+    path = good.parent / "path.csv"
+    path.write_text("x", encoding="utf-8")
+    result = run("compensate", good, model, path, "--out", good.parent / "out.csv")
+    assert result.exit_code == 2
+    assert "model.json, line 1: expected a name on one line" in result.stderr
+
+
 @pytest.mark.parametrize(
     ("place", "edit"),
     [

@@ -16,6 +16,7 @@ from elastocal.files.tables.csv_table import read_table
 from elastocal.robot.chain import transform
 from elastocal.robot.rotations import from_zyx_angles
 from tests.cli.test_commands import run
+from tests.programs.writers.parsers import PARSERS
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "kr270"
 STUDY, TRUTH, PATH = (EXAMPLE / name for name in ("study.yaml", "truth.json", "path.csv"))
@@ -210,3 +211,53 @@ def test_two_corrected_paths_are_two_programs(tmp_path: Path) -> None:
     result = run("compensate", STUDY, other, path, "-o", out, "--to", "fanuc")
     assert result.exit_code == 0, result.stderr
     assert len([p for p in tmp_path.iterdir() if p.suffix == ".ls"]) == 3
+
+
+ENDLESS = """<robot name="arm"><link name="base"/><link name="l1"/><link name="l2"/><link name="t"/>
+<joint name="j1" type="continuous"><parent link="base"/><child link="l1"/>
+<axis xyz="0 0 1"/></joint>
+<joint name="j2" type="revolute"><parent link="l1"/><child link="l2"/><origin xyz="0.1 0 0.5"/>
+<axis xyz="0 1 0"/><limit lower="-1.5" upper="1.5" effort="1" velocity="1"/></joint>
+<joint name="f" type="fixed"><parent link="l2"/><child link="t"/><origin xyz="0.5 0 0"/></joint>
+</robot>"""
+ENDLESS_STUDY = """elastocal: 1
+robot: {urdf: arm.urdf}
+identify: [j2]
+tools: {t: {load_point_mm: [100, 0, 0]}}
+test_poses: [{tool: t, q_deg: {j1: 0, j2: 30}, force_N: [0, 0, -100]}]
+experiments: {tool: t, force_N: [0, 0, -200], count: 2, max_configurations: 2}
+instrument: {sigma_mm: 0.03}
+"""
+
+
+@pytest.mark.parametrize("to", ["krl", "rapid", "fanuc", "ros", "csv"])
+def test_plans_and_paths_through_the_same_points_are_the_same_motions(
+    tmp_path: Path, to: str
+) -> None:
+    """A joint that turns without end, beyond half a turn: 190 is 190 in both."""
+    (tmp_path / "arm.urdf").write_text(ENDLESS)
+    study, rows = tmp_path / "study.yaml", ["190,10,0,0,-200", "-300,20,0,0,-200"]
+    study.write_text(ENDLESS_STUDY)
+    header = "j1 [deg],j2 [deg],Fx [N],Fy [N],Fz [N]"
+    path, plan = tmp_path / "path.csv", tmp_path / "plan.csv"
+    path.write_text("\n".join([header, *rows]) + "\n")
+    plan.write_text("\n".join([f"{header},repeats", *(f"{row},1" for row in rows)]) + "\n")
+    rigid = tmp_path / "rigid.json"
+    rigid.write_text('{"compliance": {"j2": {"value": 1e-15, "unit": "rad/(N.m)"}}}')
+    found = []
+    for name, arguments in (
+        ("path", ("compensate", study, rigid, path, "--to", to, "-o")),
+        ("plan", ("export", plan, "--study", study, "--to", to, "--prebias-deg", 0, "-o")),
+    ):
+        folder = tmp_path / name
+        folder.mkdir()
+        out = folder / "corrected.csv" if name == "path" else folder
+        result = run(*arguments, out)
+        assert result.exit_code == 0, result.stderr
+        files = {p.name: p.read_text() for p in folder.iterdir() if p.name != "corrected.csv"}
+        moves = [value for kind, value in PARSERS[to](files) if kind == "move"]
+        found.append([v for i, v in enumerate(moves) if i == 0 or v != moves[i - 1]])
+    assert [row for row in found[1] if row in found[0]] == found[0]  # the plan may start at home
+    scale = np.pi / 180.0 if to == "ros" else 1.0
+    wanted = scale * np.array([[190.0, 10.0], [-300.0, 20.0]])
+    np.testing.assert_allclose(np.array(found[0])[:, :2], wanted, atol=0.5e-4)

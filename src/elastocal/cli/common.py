@@ -55,6 +55,9 @@ Workers = Annotated[
         help="Processes where solids are measured pair by pair; all cores if not given.", min=1
     ),
 ]
+ScriptNode = Annotated[
+    bool, typer.Option("--for-script-node", help="URScript that calls its function itself.")
+]
 Known = Annotated[
     Path | None, typer.Option(help="Model of further joints, which bend; instead of the study's.")
 ]

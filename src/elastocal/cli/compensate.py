@@ -12,6 +12,7 @@ from elastocal.cli.common import (
     Force,
     Json,
     Overwrite,
+    ScriptNode,
     Start,
     StudyPath,
     Torque,
@@ -25,6 +26,7 @@ from elastocal.errors import InfeasibleError, InputError
 if TYPE_CHECKING:
     from elastocal.compensation.compensate import Compensation
     from elastocal.files.paths.path_file import ToolPath
+    from elastocal.programs.writers import Settings
     from elastocal.study.study import Study
 
 
@@ -51,11 +53,13 @@ def compensate_command(
         str | None,
         typer.Option(help="Robot program to write beside: krl, rapid, fanuc, urscript, ros, csv."),
     ] = None,
+    for_script_node: ScriptNode = False,
     force: Overwrite = False,
     as_json: Json = False,
 ) -> None:
     """Correct a path for the deflection under its load; say what error remains."""
     from elastocal.cli.inputs import load, models_at, sources_of, start_of, tool_called
+    from elastocal.cli.programs import converted
     from elastocal.compensation.compensate import RULES, residual
     from elastocal.files.models.model_file import read_model
     from elastocal.files.models.stiffness_section import pose_entries
@@ -63,6 +67,7 @@ def compensate_command(
     from elastocal.files.paths.path_file import read_path
     from elastocal.files.study.study_file import read_study
     from elastocal.fitting.goodness import quantile
+    from elastocal.programs.writers import Settings
     from elastocal.study.at_test_poses import at_test_poses
 
     given = [study_file, model, path, *(more or []), *([truth] if truth else [])]
@@ -96,7 +101,8 @@ def compensate_command(
     _refuse(done, task)
     # The program first: it can be refused.
     models = [model, *(more or [])]
-    told = _program(study, done, task, to, out, given, models, force) if to else []
+    settings = Settings(coupling=converted(study), script_node=for_script_node)
+    told = _program(study, done, task, to, settings, out, given, models, force) if to else []
     write_corrected(done, task, out)
     if not as_json:
         print("\n".join([*told, f"wrote {out}"]))
@@ -107,16 +113,16 @@ def _program(
     done: Compensation,
     task: ToolPath,
     to: str,
+    settings: Settings,
     out: Path,
     given: list[Path],
     models: list[Path],
     force: bool,
 ) -> list[str]:
     """Write the corrected path as a robot program, named after the corrected file; what to tell."""
-    from elastocal.cli.programs import converted, said, write_program
+    from elastocal.cli.programs import said, write_program
     from elastocal.files.texts import file_hash
     from elastocal.programs.robot_program import Provenance, path_program
-    from elastocal.programs.writers import Settings
 
     program = path_program(
         study.robot,
@@ -134,7 +140,6 @@ def _program(
             ),
         ),
     )
-    settings = Settings(coupling=converted(study))
     files = write_program(program, to, settings, out.parent, *given, out, force=force)
     return said(files, to, settings)
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from elastocal.cli.common import Json, Overwrite, app, print_json
+from elastocal.cli.common import Json, Overwrite, ScriptNode, app, print_json
 from elastocal.errors import InputError
 
 if TYPE_CHECKING:
@@ -41,9 +41,7 @@ def export_command(
     trigger: Annotated[
         str, typer.Option(help="Output that triggers the instrument: number or signal name.")
     ] = "",
-    for_script_node: Annotated[
-        bool, typer.Option("--for-script-node", help="URScript that calls its function itself.")
-    ] = False,
+    for_script_node: ScriptNode = False,
     force: Overwrite = False,
     as_json: Json = False,
 ) -> None:

@@ -16,6 +16,7 @@ from elastocal.study.study import Study
 from elastocal.writing import write_text
 
 _SOURCE = re.compile(r"\b([a-z]+) sha256 ([0-9a-f]{16})\b")
+_PARTS = 2  # files of a program of one page, at most
 _SHOWN = 4  # files that are named one by one
 
 
@@ -41,26 +42,28 @@ def write_program(
     """
     made = export(program, to, settings)
     files = {folder / file: text.replace("\n", NEWLINES[to]) for file, text in made.items()}
-    for path, text in files.items():
+    for path in files:
         writable(path, *inputs)
         replaceable(path, "program", force=force)
-        if not force:
-            _refuse_another(path, text)
+    if not force:
+        _refuse_others(files, folder)
     with undisturbed():
         for path, text in files.items():
             write_text(path, text)
     return list(files)
 
 
-def _refuse_another(path: Path, text: str) -> None:
+def _refuse_others(files: dict[Path, str], folder: Path) -> None:
     """Refuse to take the place of a program made from something else, or its name at a controller.
 
     Names that differ in the case of letters are one name to controllers and to Windows.
     """
-    for other in path.parent.iterdir():
-        if other.name.lower() != path.name.lower() or not other.is_file():
+    names = {path.name.lower(): path for path in files}
+    for other in folder.iterdir():
+        path = names.get(other.name.lower())
+        if path is None or not other.is_file():
             continue
-        if other.name != path.name or _sources(read_text(other)) != _sources(text):
+        if other.name != path.name or _sources(read_text(other)) != _sources(files[path]):
             raise InputError(
                 f"{path}: {other.name} is a program that was made from something else; choose "
                 "another name, or write it all the same with --force"
@@ -78,5 +81,6 @@ def said(files: list[Path], to: str, settings: Settings) -> list[str]:
     if len(named) > _SHOWN:
         named = [named[0], f"{len(named) - 1} files more"]
     large = too_long(to, {path.name: path.read_text(encoding="ascii") for path in files})
-    lines = [start(to, settings, files[0].stem), large, "wrote " + " and ".join(named)]
+    paged = f"All its {len(files)} files are needed, in their order." * (len(files) > _PARTS)
+    lines = [start(to, settings, files[0].stem), paged, large, "wrote " + " and ".join(named)]
     return [line for line in lines if line]

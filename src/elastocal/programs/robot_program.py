@@ -21,7 +21,7 @@ from elastocal.robot.chain import Robot
 LONGEST_SETTLE = 300.0
 """Longest settling time that every controller can wait [s]."""
 _ROUNDING = 1e-9
-_LABEL = re.compile(r"[A-Za-z][A-Za-z0-9]{0,11}")
+_LABEL = re.compile(r"[A-Za-z]\w{0,11}", re.ASCII)
 
 
 @dataclass(frozen=True)

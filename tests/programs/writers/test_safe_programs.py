@@ -107,6 +107,12 @@ def test_labels_of_targets_are_letters_and_digits() -> None:
             RobotProgram(targets=np.zeros((2, 2)), target_names=labels, **good)  # type: ignore[arg-type]
 
 
+def test_texts_that_no_program_holds_are_refused() -> None:
+    with pytest.raises(InputError, match=r"takes 9999 lines, STUDY_\w+ would have"):
+        export(named("notes", "word " * 100_000), "fanuc")
+    export(named("notes", "word " * 100_000), "krl")
+
+
 def test_cells_are_no_formulas() -> None:
     (text,) = export(named("joint", '=HYPERLINK("http://x")'), "csv").values()
     header = next(line for line in text.splitlines() if not line.startswith("#"))

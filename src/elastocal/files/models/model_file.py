@@ -32,12 +32,14 @@ from elastocal.files.texts import is_version, json_document, read_text
 from elastocal.files.values import Finite, Matrix, Name, Positive, Section
 from elastocal.files.yaml_lines import Located, LocatedError, at, parse
 from elastocal.matrices import is_covariance, is_symmetric
+from elastocal.names import flaw
 from elastocal.robot.chain import Robot
 from elastocal.robot.geometry_hash import geometry_hash
 from elastocal.robot.joint_kinds import JointKind
 
 _Made = TypeVar("_Made")
 _LEAST_ERROR = 1e-30  # standard error [SI] whose square is still a number to reckon with
+_LONGEST_SOURCE = 2000  # characters: several names, where models were put together
 _SMALL_ENOUGH_TO_LOCATE = 1_000_000  # bytes; a larger file is a program's, and errors go unlined
 
 
@@ -192,6 +194,9 @@ def _located(document: dict[str, Any], text: str, path: Path) -> Located:
 def model_of(file: ModelFile, robot: Robot, name: str) -> ComplianceModel:
     """The model of a validated file called `name`; every error knows its place in it."""
     _refuse_another_robot(file, robot)
+    with at("source"):
+        if wrong := flaw(str(file.source or ""), _LONGEST_SOURCE):
+            raise InputError(wrong)
     extra = extra_springs(file.springs, robot)
     values: dict[str, tuple[float, float | None]] = {}
     for quantity, section in (("compliance", file.compliance), ("stiffness", file.stiffness)):

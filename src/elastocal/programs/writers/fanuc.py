@@ -98,6 +98,11 @@ def _upper(settings: Settings) -> Settings:
 
 
 def _program(name: str, body: list[str], positions: list[str]) -> str:
+    if len(body) > MOST_LINES:
+        raise InputError(
+            f"a FANUC program takes {MOST_LINES} lines, {name} would have {len(body)}: texts of "
+            "its header or of one stop are too long"
+        )
     lines = _attributes(name, len(body))
     lines += [f"{number:4d}:{line}" for number, line in enumerate(body, 1)]
     return "\n".join([*lines, "/POS", *positions, "/END"]) + "\n"
