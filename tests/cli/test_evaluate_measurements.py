@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import elastocal as ec
+from elastocal.cli.inputs import joint_values
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.files.measurements.measurement_file import write_measurements
 from elastocal.measuring.measurements import Measurements
@@ -199,3 +200,9 @@ def test_a_mapping_without_what_it_maps_is_refused(folder: Path) -> None:
     shown = run("plan", folder / "study.yaml", "--mapping", folder / "m.yaml")
     assert shown.exit_code == 2
     assert "--mapping belongs to --after" in shown.stderr
+
+
+def test_a_start_may_have_a_degree_sign(folder: Path) -> None:
+    robot = ec.read_study(folder / "study.yaml").robot
+    there = joint_values("J1=10° J2=-20deg, J3=3e1°", robot, "start")
+    np.testing.assert_allclose(np.degrees(there), [10, -20, 30])

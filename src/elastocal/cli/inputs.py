@@ -327,7 +327,7 @@ def joint_values(text: str, robot: Robot, what: str) -> Array:
     """(n,) joint values of "A1=0deg A2=-90deg rail=500mm", every joint once [rad or m]."""
 
     values: dict[str, float] = {}
-    for part in text.replace(",", " ").split():
+    for part in text.replace(",", " ").replace("°", "deg").split():
         found = re.fullmatch(r"([^=]+)=([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)(deg|mm)", part)
         if not found:
             raise InputError(f"{what}: expected name=value with deg or mm, found {part!r}")

@@ -37,7 +37,11 @@ def of_experiments(plan: Plan, trade_off: TradeOff) -> str:
         for count, verb in ((2 * m, "would bring"), (m // 2, "would leave"))
         if count in known and count != m
     ]
-    return "; ".join(said) + "." if said else "Four times the experiments halve the error."
+    if said:
+        return "; ".join(said) + "."
+    if plan.study.prior.any():
+        return "What was known before counts in every point."
+    return "Four times the experiments halve the error."
 
 
 def of_configurations(trade_off: TradeOff) -> str:

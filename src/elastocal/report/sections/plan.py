@@ -112,7 +112,7 @@ def _trade_off(plan: Plan, trade_off: TradeOff) -> list[tuple[str, Markup, str]]
             trade_off.rho0,
             trade_off.bound,
             (plan.count, own),
-            "number of experiments",
+            "number of further experiments" if plan.study.done else "number of experiments",
         )
         said = captions.of_experiments(plan, trade_off)
         curves.append(("More or fewer experiments", chart, said))
