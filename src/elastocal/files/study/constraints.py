@@ -35,6 +35,14 @@ class BoxFile(Section):
     max: MillimetreVector
 
 
+class HalfSpaceFile(Section):
+    """What lies on that side of a plane where its normal points to."""
+
+    name: Name
+    point_mm: MillimetreVector
+    normal: Axis
+
+
 class WorkspaceFile(Section):
     """Where the points of the tool may be."""
 
@@ -42,6 +50,7 @@ class WorkspaceFile(Section):
     max_z_mm: Millimetres | None = None
     min_radius_mm: PositiveMillimetres | None = None
     box_mm: BoxFile | None = None
+    half_spaces: list[HalfSpaceFile] | None = None
 
 
 class ElevationFile(Section):
@@ -128,7 +137,7 @@ def constraints_of(entry: ConstraintsFile, tool: Tool) -> tuple[Constraint, ...]
                 ("elevation", "max_deg"), f"max_deg must be at most 90, found {deg(e.max_deg)}"
             )
         label = f"elevation of flange {_axis_name(e.axis)} <= {deg(e.max_deg)}°"
-        found.append(Elevation(label, _axis(e.axis, "elevation"), e.max_deg))
+        found.append(Elevation(label, _axis(e.axis, ("elevation",)), e.max_deg))
     if entry.tilt is not None:
         t = entry.tilt
         if not np.radians(0.1) <= t.max_deg <= np.radians(180.0):
@@ -137,12 +146,12 @@ def constraints_of(entry: ConstraintsFile, tool: Tool) -> tuple[Constraint, ...]
             )
         towards = _axis_name(t.towards)
         label = f"tilt of flange {_axis_name(t.axis)} from {towards} <= {deg(t.max_deg)}°"
-        found.append(Tilt(label, _axis(t.axis, "tilt"), _axis(t.towards, "tilt"), t.max_deg))
+        found.append(Tilt(label, _axis(t.axis, ("tilt",)), _axis(t.towards, ("tilt",)), t.max_deg))
     return tuple(found)
 
 
 def _workspace(name: str, point: Array, w: WorkspaceFile) -> list[Constraint]:
-    """Heights, radius and box for one point of the tool."""
+    """Heights, radius, half-spaces and box for one point of the tool."""
     found: list[Constraint] = []
     x, y, z = np.eye(3)
     if w.min_z_mm is not None:
@@ -156,6 +165,15 @@ def _workspace(name: str, point: Array, w: WorkspaceFile) -> list[Constraint]:
     if w.min_radius_mm is not None:
         label = f"radius of {{}} >= {mm(w.min_radius_mm)} mm"
         found.append(MinRadius(label, point, w.min_radius_mm, name))
+    for i, plane in enumerate(w.half_spaces or []):
+        here = ("workspace", "half_spaces", i)
+        if any(plane.name == other.name for other in (w.half_spaces or [])[:i]):
+            raise LocatedError((*here, "name"), f"half-space {plane.name!r} is there twice")
+        normal = _axis(plane.normal, (*here, "normal"))
+        offset = float(normal @ plane.point_mm)
+        wall = plane.name.replace("{", "{{").replace("}", "}}")
+        label = f"distance of {{}} from {wall} >= 0 mm"
+        found.append(HalfSpace(label, point, normal, offset, name))
     if w.box_mm is None:
         return found
     for axis, unit, low, high in zip("xyz", (x, y, z), w.box_mm.min, w.box_mm.max, strict=True):
@@ -177,10 +195,10 @@ def _named_points(tool: Tool) -> list[tuple[str, Array]]:
     return points
 
 
-def _axis(axis: str | list[float], key: str) -> Array:
+def _axis(axis: str | list[float], place: tuple[str | int, ...]) -> Array:
     vector = np.eye(3)["xyz".index(axis)] if isinstance(axis, str) else np.array(axis)
     if not vector.any():
-        raise LocatedError((key,), f"{key}: an axis must not be zero")
+        raise LocatedError(place, f"{place[-1]}: an axis must not be zero")
     return vector
 
 
