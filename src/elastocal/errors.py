@@ -133,6 +133,8 @@ Code = Literal[
     "load-outside-plane",
     "outside-study",
     "same-information",
+    "criterion-ignores",
+    "criterion-together",
     "more-experiments",
     "more-configurations",
     "certificate-unknown",

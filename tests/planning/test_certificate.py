@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from elastocal.design.continuous import ContinuousDesign
+from elastocal.design.dual_bound import DualBound
+from elastocal.design.space import information
+from elastocal.files.study.study_file import parse_study
 from elastocal.planning import certificate as certificate_file
 from elastocal.planning.assessment import assess
-from elastocal.planning.certificate import Bound, certificate, confirmed, lower_bound
+from elastocal.planning.certificate import Bound, certificate, confirmed, left_out, lower_bound
 from elastocal.planning.trade_off import random_plans
+from elastocal.study.criteria import criterion_of
 from elastocal.study.study import Study, TestPose
+from elastocal.terminal.plans import certificate_sentence
+from elastocal.wording.plans import floor_sentence
 from tests.paper.problems import three_link_study
 
 
@@ -131,3 +139,64 @@ def test_a_certificate_says_what_the_bound_rests_on(sound: tuple[Study, Bound]) 
     assert optimum.rho0 == pytest.approx(bound.loss(1000), rel=1e-2)
     assert found.fresh_starts >= 600
     assert found.attained >= 12
+
+
+def asking_for(*row: float) -> Study:
+    """A test pose that asks for one combination of the three compliances."""
+    square = np.zeros((3, 3))
+    square[0] = row
+    return replace(three_link_study(5), test_poses=(TestPose("one", square),))
+
+
+@pytest.mark.parametrize(
+    ("row", "words"),
+    [
+        ((0.0, 3.0, 0.0), "The criterion does not ask for J1; the criterion does not ask for J3."),
+        (
+            (0.0, 3.0, 4.0),
+            "The criterion does not ask for J1; J2 and J3 are determined only together: "
+            "0.6 J2 + 0.8 J3.",
+        ),
+        (
+            (4.0, -3.0, 0.0),
+            "The criterion does not ask for J3; J1 and J2 are determined only together: "
+            "0.8 J1 - 0.6 J2.",
+        ),
+    ],
+)
+def test_what_a_singular_optimum_leaves_out_is_named(row: tuple[float, ...], words: str) -> None:
+    study = asking_for(*row)
+    blocks = information(
+        study.space.evaluate(study.space.sample(50, np.random.default_rng(1))).blocks
+    )
+    total, weights = blocks.mean(axis=0), np.full(50, 0.02)
+    gradient = criterion_of(study).gradient(total[None])[0]
+    x = study.space.sample(50, np.random.default_rng(1))
+    dual = DualBound(gradient, 0.0, 1.0, x[0], 600, 12, 0, 0, 12, x, np.ones(50))
+    found = left_out(study, ContinuousDesign(x, weights, blocks, total, dual, 0.0))
+    assert floor_sentence(found) == f"{words} A small floor keeps all of them identifiable."
+
+
+def test_a_stretched_arm_is_told_what_it_leaves_out() -> None:
+    """A vertical force on an arm stretched out: J2 and J3 lower the tip together, 0.98 to 0.21."""
+    study = parse_study(STRETCHED, Path("study.yaml"))
+    bound = lower_bound(study, np.random.default_rng(0))
+    assert bound.floored
+    cases = study.space.load_cases(study.space.sample(3, np.random.default_rng(0)))
+    worth = assess(study, cases, np.ones(3, dtype=int))
+    found = certificate(study, bound, worth, 3)
+    assert [doubt.code for doubt in found.left_out] == ["criterion-ignores", "criterion-together"]
+    assert found.left_out[1].about == ("J2", "J3")
+    said = certificate_sentence(found, 3)
+    assert "J2 and J3 are determined only together: 0.98 J2 + 0.21 J3." in said
+    assert not certificate(study, replace(bound, target=bound.criterion), worth, 3).left_out
+
+
+STRETCHED = """\
+elastocal: 1
+robot: three-link
+test_poses:
+  - {tool: tip, q_deg: [0, 0, 0], force_N: [0, 0, -960]}
+experiments: {tool: tip, max_force_N: 1000, direction: free, count: 3}
+instrument: {sigma_mm: 0.1}
+"""

@@ -23,7 +23,8 @@ from elastocal.design.oracle import climb, sensitivity, square_root
 from elastocal.design.power_mean import floored
 from elastocal.design.space import information
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.matrices import NEARLY_SINGULAR, rank_of
+from elastocal.errors import Doubt
+from elastocal.matrices import NEARLY_SINGULAR, confounded, rank_of
 from elastocal.planning.assessment import Assessment
 from elastocal.planning.plain_values import simplify
 from elastocal.study.criteria import CRITERIA, RHO0, criterion_of
@@ -33,6 +34,7 @@ Progress = Callable[[str, float], None]
 """(what is going on, share done between 0 and 1) -> None."""
 
 _FLOOR = 1e-4  # share of the loss that a floor adds
+_ROUNDING = 1e-5  # share of what a criterion asks for that is rounding
 _OPEN = 0.1  # gap between value and bound that only a singular optimum leaves
 
 
@@ -58,6 +60,7 @@ class Certificate:
         peak: The load case where the sensitivity is largest.
         peak_ratio: Sensitivity there over the mean over the support: 1 at an optimum.
         floored: Whether a floor kept the unknowns that the criterion ignores identifiable.
+        left_out: What that criterion ignores: unknowns, and combinations of unknowns.
         narrow_starts: Further starts that failed, in narrow or cut-off parts of the cell.
         narrow_attained: How many of them reached the same maximum.
         rarest: How many of all these starts found that load case of the support which fewest found.
@@ -74,6 +77,7 @@ class Certificate:
     peak: LoadCases | None = None
     peak_ratio: float = float("nan")
     floored: bool = False
+    left_out: tuple[Doubt, ...] = ()
     narrow_starts: int = 0
     narrow_attained: int = 0
     rarest: int = 0
@@ -215,4 +219,33 @@ def certificate(study: Study, bound: Bound, worth: Assessment, count: int) -> Ce
         peak=peak,
         peak_ratio=dual.largest / level,
         floored=bound.floored,
+        left_out=left_out(study, design) if bound.floored else (),
     )
+
+
+def left_out(study: Study, design: ContinuousDesign) -> tuple[Doubt, ...]:
+    """The unknowns that the criterion does not ask for, and those it asks for together only.
+
+    Source: ours. For φ = 1 / tr(L M⁻¹) with gradient G the matrix M G M is L but for a factor; what
+    is in its null space may be unknown, and nothing of φ is lost.
+    """
+    springs, scale = study.fitted, np.sqrt(np.diagonal(design.total))
+    asked = design.total @ design.certificate.gradient @ design.total
+    values, vectors = np.linalg.eigh(asked / np.outer(scale, scale))
+    rows = (vectors * np.sqrt(np.maximum(values, 0.0))).T
+    rows = np.where(np.abs(rows) > _ROUNDING * np.abs(rows).max(), rows, 0.0)
+    asked = (rows * scale).T @ (rows * scale)
+    found = []
+    for group in confounded(asked):
+        names = tuple(springs.names[i] for i in group.members)
+        if not group.seen:
+            found.append(Doubt("criterion-ignores", names))
+            continue
+        numbers = {"seen": float(group.seen)}
+        if group.seen == 1 and len({springs.kinds[i] for i in group.members}) == 1:
+            own = asked[np.ix_(group.members, group.members)]
+            seen = own[np.abs(np.diagonal(own)).argmax()]
+            seen = seen / np.linalg.norm(seen) * np.sign(seen[0] or 1.0)
+            numbers |= {f"of {name}": float(v) for name, v in zip(names, seen, strict=True)}
+        found.append(Doubt("criterion-together", names, numbers=numbers))
+    return tuple(found)

@@ -17,7 +17,7 @@ from elastocal.study.study import Study
 from elastocal.wording import ended, worded
 from elastocal.wording.lists import counted
 from elastocal.wording.numbers import given, length, length_and_unit, number, percent, small
-from elastocal.wording.plans import missed, only_of, searched
+from elastocal.wording.plans import floor_sentence, missed, only_of, searched
 
 
 @dataclass(frozen=True)
@@ -111,8 +111,7 @@ def proof(certificate: Certificate) -> list[str]:
     ]
     if certificate.floored:
         sentences.append(
-            "A floor was used: the best design for this criterion would leave some compliances "
-            "undetermined, so the search kept a little information on each. The bound itself is "
+            f"{floor_sentence(c.left_out)} The bound itself is "
             "for the criterion without the floor; what the floor costs is part of the efficiency."
         )
     return sentences

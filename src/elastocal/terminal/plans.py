@@ -28,7 +28,7 @@ from elastocal.terminal.test_poses import show_test_poses, where_judged
 from elastocal.wording import ended, worded
 from elastocal.wording.lists import counted
 from elastocal.wording.numbers import described, number, readable, shown_unit
-from elastocal.wording.plans import freedom, missed, only_of, searched, told
+from elastocal.wording.plans import floor_sentence, freedom, missed, only_of, searched, told
 from elastocal.wording.watch import watch
 
 MEASURED = (
@@ -177,9 +177,7 @@ def certificate_sentence(certificate: Certificate, count: int) -> str:
         + f" {missed(c.missed)}"
     )
     if c.floored:
-        sentence += (
-            " The criterion leaves some compliances out; a small floor keeps them identifiable."
-        )
+        sentence += f" {floor_sentence(c.left_out)}"
     return sentence
 
 

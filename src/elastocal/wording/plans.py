@@ -112,6 +112,25 @@ def missed(share: float) -> str:
     )
 
 
+def floor_sentence(left_out: Sequence[Doubt]) -> str:
+    """What a criterion leaves out, and what is done about it."""
+    what = "; ".join(SENTENCES[doubt.code](doubt) for doubt in left_out)
+    what = what or "the criterion leaves some compliances out"
+    return f"{what[0].upper()}{what[1:]}. A small floor keeps all of them identifiable."
+
+
+def _together(doubt: Doubt) -> str:
+    both, seen = " and ".join(doubt.about), doubt.numbers["seen"]
+    terms = [(doubt.numbers.get(f"of {name}"), name) for name in doubt.about]
+    if seen > 1 or any(share is None for share, _ in terms):
+        what = "one combination" if seen == 1 else f"{seen:g} combinations"
+        return f"the criterion asks for {what} of {both} only"
+    first, *more = (f"{abs(share):.2g} {name}" for share, name in terms if share is not None)
+    signs = ["+" if share > 0.0 else "-" for share, _ in terms[1:] if share is not None]
+    told = " ".join([first, *(f"{sign} {term}" for sign, term in zip(signs, more, strict=True))])
+    return f"{both} are determined only together: {told}"
+
+
 def freedom(free: Sequence[str], turns_with_load: str, load_range: float) -> list[str]:
     """Sentences on joints that may be set otherwise: alone, or together with the load.
 
@@ -175,6 +194,8 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         f"load cases {listed(doubt.about)} tell the same: any one of them, measured "
         f"{doubt.numbers['repeats']}×, is worth as much"
     ),
+    "criterion-ignores": lambda doubt: f"the criterion does not ask for {doubt.about[0]}",
+    "criterion-together": _together,
     "more-experiments": lambda doubt: (
         f"it has {doubt.numbers['count']} experiments in all, and the study asks for "
         f"{doubt.numbers['asked']}"

@@ -66,7 +66,7 @@ def test_their_gradient_is_that_of_differences() -> None:
     for constraint in found.constraints:
         _, pull = constraint.at(Posture(found.robot, q))
         expected = central_difference(lambda x, c=constraint: c.at(Posture(found.robot, x))[0], q)
-        assert pull(np.ones(5)).T == pytest.approx(expected, abs=1e-7)
+        assert pytest.approx(expected, abs=1e-7) == pull(np.ones(5)).T
 
 
 def test_random_load_cases_keep_them_and_what_breaks_them_is_said_in_mm() -> None:

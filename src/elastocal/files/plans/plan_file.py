@@ -244,6 +244,7 @@ def _certificate(robot: Robot, certificate: Certificate) -> dict[str, Any]:
         "rarest": certificate.rarest,
         "missed": certificate.missed,
         "floored": certificate.floored,
+        **({"left_out": list(map(worded, certificate.left_out))} if certificate.floored else {}),
         "peak": {
             **next(load_case_entries(robot, certificate.peak)),
             "ratio": certificate.peak_ratio,

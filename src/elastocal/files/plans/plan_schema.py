@@ -79,6 +79,7 @@ class CertificateFile(OpenSection):
     fresh_starts: WholeNumber | None = None
     attained: WholeNumber | None = None
     floored: Flag = False
+    left_out: list[str] | None = None
     peak: PeakFile | None = None
     continuous_design: list[WeighedCaseFile] | None = None
 
