@@ -150,7 +150,8 @@ def test_no_certificate_is_said() -> None:
 def test_floor_is_said() -> None:
     plan = three_link_plan()
     floored = replace(plan, certificate=replace(plan.certificate, floored=True))
-    assert "A small floor keeps all of them identifiable. The bound itself is" in visible(report.html(Contents(floored)))
+    page = visible(report.html(Contents(floored)))
+    assert "A small floor keeps all of them identifiable. The bound itself is" in page
 
 
 def test_bound_of_another_criterion_is_not_drawn_as_rho0() -> None:

@@ -30,6 +30,8 @@ test_poses:
 experiments: {tool: calibration, force_N: [0, 0, -2500], count: 6}
 instrument: {sigma_mm: 0.03}
 constraints:
+  collision: off
+  floor: off
   workspace:
     half_spaces:
       - {name: fence, point_mm: [1500, 200, 0], normal: [-1, 2, 0.5]}
@@ -94,12 +96,12 @@ def test_they_are_drawn_where_they_stand() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("normal: [-1, 2, 0.5]", "normal: [0, 0, 0]", "line 13: normal: an axis must not be zero"),
-        ('"roof {1}"', "fence", "line 14: half-space 'fence' is there twice"),
-        ("normal: [-1, 2, 0.5]", "normal: up", "line 13"),
-        ("normal: [-1, 2, 0.5]", "normal: [1, 2]", "line 13"),
-        ("point_mm: [1500, 200, 0], ", "", "line 13"),
-        ("point_mm: [1500", "point: [1500", "line 13"),
+        ("normal: [-1, 2, 0.5]", "normal: [0, 0, 0]", "line 15: normal: an axis must not be zero"),
+        ('"roof {1}"', "fence", "line 16: half-space 'fence' is there twice"),
+        ("normal: [-1, 2, 0.5]", "normal: up", "line 15"),
+        ("normal: [-1, 2, 0.5]", "normal: [1, 2]", "line 15"),
+        ("point_mm: [1500, 200, 0], ", "", "line 15"),
+        ("point_mm: [1500", "point: [1500", "line 15"),
     ],
 )
 def test_what_is_wrong_is_named_with_its_line(old: str, new: str, words: str) -> None:
