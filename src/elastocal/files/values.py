@@ -15,16 +15,17 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Dis
 from elastocal.names import LONGEST, flaw
 
 _LONGEST_PATH = 4096  # as long as paths may be
+_DIGITS = re.compile(r"[-+]?(0[xX][\da-fA-F_]+|(0[oObB])?[\d_:.]+([eE][-+]?\d+)?)", re.ASCII)
 _EXTREME = "expected a number of ordinary size, found one beyond 1e30 or 1e-30"
 
 
 def _finite(value: Any) -> float:
-    """A number below 1e30. YAML 1.1 reads 1e-8 as text, so such text is accepted."""
-    if isinstance(value, str) and re.fullmatch(r"[-+]?\d+(\.\d*)?[eE][-+]?\d+", value):
-        value = float(value)
+    """A number below 1e30."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         hint = ""
-        if isinstance(value, str) and re.match(r"[-+]?[\d.]+\s*[A-Za-z°]", value):
+        if isinstance(value, str) and _DIGITS.fullmatch(value):
+            hint = "; write it in decimal, without quotes, leading zeros, colons and underscores"
+        elif isinstance(value, str) and re.match(r"[-+]?[\d.]+\s*[A-Za-z°]", value):
             hint = "; the unit belongs in the key, the value is a bare number"
         elif isinstance(value, str) and re.fullmatch(r"[-+]?\d+,\d+", value):
             hint = "; write the decimal point as '.'"

@@ -1,10 +1,13 @@
 """YAML that remembers its lines, and refuses what people do not mean.
 
-Repeated keys, aliases and tags are errors: in a study file they are mistakes, or hostile.
+Repeated keys, aliases and tags are errors: in a study file they are mistakes, or hostile. A number
+is what everybody reads as the same number. YAML 1.1 has more: 02500 is 1344 there, 1:30:00 is 5400.
+Such words, and dates, are text here: where a number belongs the section refuses them by their key.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,6 +18,12 @@ import yaml
 from elastocal.errors import InputError, StudyError
 
 Path_ = tuple[str | int, ...]
+NUMBER = re.compile(r"[-+]?((0|[1-9]\d*)(\.\d*)?|\.\d+)([eE][-+]?\d+)?", re.ASCII)
+"""A number, in decimal and without leading zeros."""
+_WHOLE = re.compile(r"[-+]?\d+", re.ASCII)
+_LONGEST = 100  # characters of a number
+_WORDS = {"true": True, "yes": True, "on": True, "false": False, "no": False, "off": False}
+_NOT_FINITE = re.compile(r"([-+]?)\.(inf|Inf|INF)|(\.(nan|NaN|NAN))")
 
 
 class Located:
@@ -80,10 +89,6 @@ def parse(text: str, file: Path) -> Located:
         raise StudyError(f"{file}: not valid YAML: {reason}") from None
     except RecursionError:
         raise StudyError(f"{file}: nested too deeply") from None
-    except ValueError as error:
-        if isinstance(error, StudyError):
-            raise
-        raise StudyError(f"{file}: not valid YAML: {error}") from None
     return Located(value, lines, file)
 
 
@@ -98,12 +103,15 @@ def _construct(
         )
     seen.add(id(node))
     lines.setdefault(path, line)
-    if isinstance(node, yaml.ScalarNode):
-        scalar = yaml.SafeLoader("").construct_object(node)
-        str(scalar)  # raises ValueError for a whole number too long to be shown in a message
-        return scalar
-    if node.tag not in ("tag:yaml.org,2002:map", "tag:yaml.org,2002:seq"):
+    if node.tag not in _own_tags(node):
         raise StudyError(f"{file}, line {line}: YAML tags such as {node.tag!r} are not supported")
+    if isinstance(node, yaml.ScalarNode):
+        if NUMBER.fullmatch(node.value) and len(node.value) > _LONGEST:
+            raise StudyError(
+                f"{Located(None, lines, file).where(path)}: expected a number of at most "
+                f"{_LONGEST} characters, found one of {len(node.value)}"
+            )
+        return node.value if node.style else _plain(node.value)
     if isinstance(node, yaml.SequenceNode):
         return [_construct(n, (*path, i), lines, seen, file) for i, n in enumerate(node.value)]
     result: dict[str, Any] = {}
@@ -118,3 +126,24 @@ def _construct(
         lines[(*path, key)] = line
         result[key] = _construct(value_node, (*path, key), lines, seen, file)
     return result
+
+
+def _own_tags(node: yaml.Node) -> tuple[str, ...]:
+    """The tags that a node has if nobody wrote one."""
+    if not isinstance(node, yaml.ScalarNode):
+        return ("tag:yaml.org,2002:map", "tag:yaml.org,2002:seq")
+    unsaid = (not node.style, bool(node.style))
+    return (yaml.SafeLoader("").resolve(yaml.ScalarNode, node.value, unsaid),)
+
+
+def _plain(word: str) -> str | float | bool | None:
+    """What a word without quotes means: nothing, yes or no, a number, or itself."""
+    if word in ("", "~", "null", "Null", "NULL"):
+        return None
+    if word in (word.lower(), word.capitalize(), word.upper()) and word.lower() in _WORDS:
+        return _WORDS[word.lower()]
+    if NUMBER.fullmatch(word):
+        return int(word) if _WHOLE.fullmatch(word) else float(word)
+    if found := _NOT_FINITE.fullmatch(word):
+        return float("nan") if found[3] else float(f"{found[1]}inf")
+    return word
