@@ -11,6 +11,7 @@ import json
 import os
 import re
 import tempfile
+from collections.abc import Iterable
 from contextvars import ContextVar
 from pathlib import Path
 
@@ -21,6 +22,9 @@ LARGEST = 1024 * 1024 * 1024
 SAME = "the same"
 WRITTEN: ContextVar[list[Path] | None] = ContextVar("written", default=None)
 """Where the files that are written are noted, for messages that say what was."""
+_FORMULA = frozenset("=+-@\t\r'＝＋－＠")  # what spreadsheets of some language begin one with
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", re.ASCII)
+_ENDS = re.compile(r"[,;\t|\"\n\r#]")  # what ends a cell or begins a comment for some reader
 _OPEN = "0" * 12
 _LINE = re.compile(r"(elastocal ([a-z][a-z0-9, ]*) )([0-9a-f]{12})(?![0-9a-f])")
 
@@ -66,6 +70,25 @@ def _kind_of_json(text: str) -> str:
     made_by = document.get("made_by")
     ours = isinstance(made_by, str) and made_by.startswith("elastocal ")
     return str(document.get("kind", "")) if ours else ""
+
+
+def inert(text: str) -> str:
+    """Text for a cell that no spreadsheet takes for a formula: an apostrophe before it, if need be.
+
+    Numbers stay. Readers of tables take one apostrophe off, so it is the same text again.
+    """
+    return f"'{text}" if text[:1] in _FORMULA and not _NUMBER.fullmatch(text) else text
+
+
+def table_row(values: Iterable[object]) -> str:
+    """A line of a table (CSV)."""
+    return ",".join(map(cell, values)) + "\n"
+
+
+def cell(value: object) -> str:
+    """A value between commas, in quotes where a reader of some country would end it before."""
+    text = inert(str(value))
+    return '"' + text.replace('"', '""') + '"' if _ENDS.search(text) else text
 
 
 def kind_of_file(path: Path, text: str = "") -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 from collections.abc import Iterator
 from pathlib import Path
@@ -20,7 +19,7 @@ from elastocal.files.measurements.columns import (
 from elastocal.files.measurements.uncertainty import six_of
 from elastocal.measuring.measurements import Measurements
 from elastocal.robot.chain import Robot
-from elastocal.writing import signature, write_text
+from elastocal.writing import cell, signature, table_row, write_text
 
 
 def write_measurements(measurements: Measurements, robot: Robot, path: str | Path) -> None:
@@ -49,9 +48,9 @@ def write_measurements(measurements: Measurements, robot: Robot, path: str | Pat
     cases = [",".join(f"{v + 0.0:.12g}" for v in row) for row in np.hstack(columns).tolist()]
     out = io.StringIO()
     out.write(f"# {signature('measurements, version 1')}\n")
-    csv.writer(out, lineterminator="\n").writerow(header)
-    experiment = [_quoted(name) for name in m.names]
-    marker = [_quoted(name) for name in m.tool.marker_names]
+    out.write(table_row(header))
+    experiment = [cell(name) for name in m.names]
+    marker = [cell(name) for name in m.tool.marker_names]
     blank = [",".join([""] * len(names)) for names, _ in parts]
     cells = [
         [",".join(f"{v + 0.0:.10g}" for v in row) for row in rows.tolist()] for _, rows in parts
@@ -104,11 +103,3 @@ def _noise_columns(m: Measurements, of: Triple, own: BoolArray) -> tuple[list[st
     if np.ptp(u[own], axis=1).any():
         return header, u
     return [f"{one[0]} [{of.unit}]"], u[:, :1]
-
-
-def _quoted(name: str) -> str:
-    out = io.StringIO()
-    csv.writer(out, lineterminator="").writerow([name])
-    written = out.getvalue()
-    # A name that begins with # would make its row a comment.
-    return f'"{written}"' if written.startswith("#") else written

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +14,7 @@ from elastocal.files.paths.orientation_columns import FORMS, Form
 from elastocal.files.paths.path_file import CORRECTED, ToolPath
 from elastocal.robot.chain import Robot
 from elastocal.wording import together, worded
-from elastocal.writing import signature, write_text
+from elastocal.writing import signature, table_row, write_text
 
 _WRENCH = ("Fx [N]", "Fy [N]", "Fz [N]", "Tx [N.m]", "Ty [N.m]", "Tz [N.m]")
 
@@ -40,14 +38,12 @@ def write_corrected(done: Compensation, task: ToolPath, path: str | Path) -> Non
         (_vector("remaining dx"), 1e3 * done.after, "0.6f"),
         (("rho0 [mm]",), 1e3 * done.rho0[:, None], "0.6f"),
     ]
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
     header = ["point", *(name for names, _, _ in parts for name in names), "remark"]
-    writer.writerow([*header, signature("corrected path")])
+    lines = [table_row([*header, signature("corrected path")])]
     for i, point in enumerate(task.names):
         cells = [_shown(v, shown) for _, values, shown in parts for v in values[i]]
-        writer.writerow([point, *cells, together(done.doubts[i]), ""])
-    write_text(Path(path), out.getvalue())
+        lines.append(table_row([point, *cells, together(done.doubts[i]), ""]))
+    write_text(Path(path), "".join(lines))
 
 
 def corrected_document(

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from pathlib import Path
 from typing import Any
@@ -44,7 +42,7 @@ from elastocal.robot.joint_kinds import KINDS
 from elastocal.study.criteria import CRITERIA
 from elastocal.study.study import Study
 from elastocal.wording import worded
-from elastocal.writing import signature, write_text
+from elastocal.writing import signature, table_row, write_text
 
 
 def study_hash(study: Study) -> str:
@@ -261,18 +259,16 @@ def _certificate(robot: Robot, certificate: Certificate) -> dict[str, Any]:
 def write_run_sheet(plan: Plan, path: str | Path) -> None:
     """Write plan.csv: one row per configuration, in order of execution."""
     robot = plan.study.robot
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow([*columns(robot), "repeats", "nearest constraint", signature("run sheet")])
+    lines = [table_row([*columns(robot), "repeats", "nearest constraint", signature("run sheet")])]
     scale, count = robot.shown_scale, len(plan.load_cases)
     for i in range(count + 1):
         for q in plan.via[i] if plan.via else ():
             passed = [f"{value:.4f}" for value in scale * q]
-            writer.writerow([VIA, *passed, *["0"] * 6, 0, "passed without stopping", ""])
+            lines.append(table_row([VIA, *passed, *["0"] * 6, 0, "passed without stopping", ""]))
         if i == count:
             break
         joints = [f"{value:.4f}" for value in scale * plan.load_cases.q[i]]
         loads = [f"{value + 0.0:.9g}" for value in plan.load_cases.wrench[i]]
         near = plan.assessment.nearest[i].name
-        writer.writerow([i + 1, *joints, *loads, int(plan.repeats[i]), near, ""])
-    write_text(Path(path), out.getvalue())
+        lines.append(table_row([i + 1, *joints, *loads, int(plan.repeats[i]), near, ""]))
+    write_text(Path(path), "".join(lines))

@@ -12,7 +12,7 @@ from elastocal.arrays import Array
 from elastocal.errors import InputError
 from elastocal.files.tables.decoding import decoded
 from elastocal.files.tables.layout import Style, layout
-from elastocal.files.tables.numbers import decimal_in, numbers_of
+from elastocal.files.tables.numbers import decimal_in, numbers_of, plain
 from elastocal.files.tables.units import UNITS, spelled, split_header
 from elastocal.names import flaw
 
@@ -52,16 +52,17 @@ class TextTable:
         return tuple(name for name, _ in self.columns)
 
     def text(self, name: str) -> list[str]:
-        """The cells of a column as they are: names.
+        """The cells of a column as they are, without the apostrophe of spreadsheets: names.
 
         Raises:
             InputError: of the type `error`: a cell cannot be one, see `names.flaw`.
         """
         index = self.names.index(name)
-        for line, cells in self.rows:
-            if wrong := flaw(cells[index]):
+        found = [plain(cells[index]) for _, cells in self.rows]
+        for (line, _), word in zip(self.rows, found, strict=True):
+            if wrong := flaw(word):
                 raise self.error(f"{self.path}, line {line}, column {name!r}: {wrong}")
-        return [cells[index] for _, cells in self.rows]
+        return found
 
     def numbers(self, names: Sequence[str], units: Mapping[str, float]) -> Array:
         """(rows, len(names)) numbers of columns of one kind, in SI.

@@ -14,6 +14,7 @@ from elastocal.programs.writers.axes import axes, readings
 from elastocal.programs.writers.names import plain, program_name
 from elastocal.programs.writers.settings import Settings
 from elastocal.programs.writers.wording import header
+from elastocal.writing import inert
 
 LONGEST_NAME = 64
 MOST_AXES = 99
@@ -32,7 +33,7 @@ def write(program: RobotProgram, settings: Settings) -> dict[str, str]:
     columns = ["step", "do", "target", "experiment", "loaded", "seconds"]
     columns += [f"{_cell(robot.joints[i].name)} [{robot.joints[i].kind.key}]" for i in layout.order]
     head = header(program, settings, 98, units="deg, mm", start=START)
-    lines = [f"# {_cell(line)}" for line in head]
+    lines = [f"# {_split_by_nobody(line)}" for line in head]
     lines.append(",".join([*columns, "text"]))
     here, label = [""] * len(robot.joints), ""
     for number, step in enumerate(program.steps, 1):
@@ -56,5 +57,8 @@ START = "Start: this is a table for a program that moves the robot."
 
 def _cell(text: str) -> str:
     """Text without what splits cells; what a spreadsheet would compute is text to it."""
-    cell = plain(text).replace(", ", "; ").replace(",", ";").replace("|", "/")
-    return f"'{cell}" if cell[:1] in ("=", "+", "-", "@") else cell
+    return inert(_split_by_nobody(text))
+
+
+def _split_by_nobody(text: str) -> str:
+    return plain(text).replace(", ", "; ").replace(",", "; ").replace("|", "/")
