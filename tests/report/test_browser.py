@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from elastocal.drawing.check_picture import check_page
 from elastocal.files.study.study_file import read_study
 from elastocal.planning.plan import plan
 from elastocal.planning.trade_off import TradeOff, random_plans
@@ -156,3 +157,35 @@ def test_the_check_for_errors_would_notice_one(browser: Any, tmp_path: Path) -> 
     )
     assert page.evaluate(_COVERED) == ["one / two", "too long to fit is cut off"]
     page.close()
+
+
+def test_nothing_else_runs_or_is_fetched(report: Path, browser: Any, tmp_path: Path) -> None:
+    """What would slip into a page, past all escaping, still does nothing."""
+    slipped = (
+        '<script>window.slipped = "script"</script>'
+        '<img src="x" onerror="window.slipped = 1"><img src="http://127.0.0.1:9/x.png">'
+        '<svg onload="window.slipped = 2"></svg><iframe srcdoc="<b>x</b>"></iframe>'
+        '<a id="js" href="javascript:window.slipped = 3">x</a><base href="http://127.0.0.1:9/">'
+    )
+    for name, text in (
+        ("report", report.read_text(encoding="utf-8")),
+        ("check", check_page(read_study(STUDY))),
+    ):
+        assert text.count("Content-Security-Policy") == 1
+        bad = tmp_path / f"{name}.html"
+        bad.write_text(text.replace("<body", f"<body>{slipped}<p", 1), encoding="utf-8")
+        page = browser.new_page()
+        asked: list[str] = []
+        refused: list[str] = []
+        page.on("request", lambda request, asked=asked: asked.append(request.url))
+        page.on(
+            "requestfailed",
+            lambda request, refused=refused: refused.append(f"{request.url} {request.failure}"),
+        )
+        page.goto(bad.as_uri())
+        page.evaluate("document.getElementById('js').click()")
+        page.wait_for_timeout(300)
+        assert page.evaluate("window.slipped") is None
+        fetched = [url for url in asked if not url.startswith(("file:", "data:", "blob:"))]
+        assert all(f"{url} csp" in refused for url in fetched), refused
+        page.close()

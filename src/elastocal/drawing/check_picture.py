@@ -16,6 +16,7 @@ from elastocal.arrays import Array
 from elastocal.drawing.joint_glyphs import Glyph, glyphs
 from elastocal.drawing.labels import Labels
 from elastocal.drawing.palette import COLOURS
+from elastocal.drawing.policy import policy
 from elastocal.drawing.projection import Projection
 from elastocal.drawing.silhouette import hull, solid_points
 from elastocal.drawing.skeleton import Skeleton, skeletons
@@ -99,10 +100,11 @@ def check_picture(study: Study) -> str:
 def check_page(study: Study) -> str:
     """The picture as an HTML page."""
     page = Markup(
-        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>{}</title></head>\n'
+        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">\n'
+        '<meta http-equiv="Content-Security-Policy" content="{}"><title>{}</title></head>\n'
         '<body style="margin:1rem">\n{}</body></html>\n'
     )
-    return str(page.format(study.name, Markup(check_picture(study))))
+    return str(page.format(policy(), study.name, Markup(check_picture(study))))
 
 
 def _poses(study: Study) -> list[_Pose]:

@@ -133,7 +133,8 @@ def _own_tags(node: yaml.Node) -> tuple[str, ...]:
     if not isinstance(node, yaml.ScalarNode):
         return ("tag:yaml.org,2002:map", "tag:yaml.org,2002:seq")
     unsaid = (not node.style, bool(node.style))
-    return (yaml.SafeLoader("").resolve(yaml.ScalarNode, node.value, unsaid),)
+    resolve: Any = yaml.SafeLoader("").resolve
+    return (resolve(yaml.ScalarNode, node.value, unsaid),)
 
 
 def _plain(word: str) -> str | float | bool | None:

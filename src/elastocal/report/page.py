@@ -7,11 +7,13 @@ In: contents. Out: HTML text. Everything a user named passes through escaping: j
 from __future__ import annotations
 
 import json
+from importlib.resources import files
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from elastocal.drawing.palette import COLOURS
+from elastocal.drawing.policy import policy
 from elastocal.errors import InputError
 from elastocal.report.contents import Contents
 from elastocal.report.section import Chapter, PageSection, Values
@@ -52,6 +54,8 @@ def render(contents: Contents) -> str:
     environment = _environment()
     sections = [section for chapter in chapters for section in chapter.sections]
     scenes = {s.id: _script_json(s.scene) for s in sections if s.scene is not None}
+    own = Markup(files("elastocal.report").joinpath("templates/scene.js").read_text("utf-8"))
+    scripts = [_plotly(), own] if scenes else [own]
     return environment.get_template("page.html").render(
         title=title(contents),
         signature=signature("report"),
@@ -63,7 +67,8 @@ def render(contents: Contents) -> str:
             for chapter in chapters
         ],
         scenes=scenes,
-        plotly=_plotly() if scenes else None,
+        scripts=scripts,
+        policy=policy(scripts),
     )
 
 
@@ -108,4 +113,7 @@ def _plotly() -> Markup:
     from plotly.offline import get_plotlyjs
 
     source: str = get_plotlyjs()
-    return Markup(source.replace("</script", "<\\/script"))
+    # Line ends as a browser reads them: the policy of the page has the hash of what it reads.
+    return Markup(
+        source.replace("</script", "<\\/script").replace("\r\n", "\n").replace("\r", "\n")
+    )
