@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import re
+import signal
 import socket
+import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -230,3 +233,40 @@ def test_running_ends_when_told(server: Any) -> None:
     live = Live(server, tracked())
     answers = iter([True, True, False])
     live.run(lambda: next(answers))
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C of POSIX")
+def test_visitors_do_not_fill_the_terminal() -> None:
+    """What they send is not understood, what they open they drop; the view goes on."""
+    import viser
+    from websockets.exceptions import ConnectionClosed
+    from websockets.sync.client import connect
+
+    port = free_port()
+    command = [sys.executable, "-m", "elastocal", "view", str(STUDY), "--no-browser"]
+    process = subprocess.Popen(
+        [*command, "--port", str(port)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    try:
+        assert process.stdout is not None
+        assert process.stdout.readline().startswith("showing")
+        page: dict[str, Any] = {
+            "uri": f"ws://{HOST}:{port}",
+            "origin": f"http://{HOST}:{port}",
+            "subprotocols": [f"viser-v{viser.__version__}"],
+        }
+        for nonsense in ("text", b"\x93\x01nonsense", b""):
+            with connect(**page) as visitor:
+                visitor.send(nonsense)
+                with suppress(ConnectionClosed, TimeoutError):
+                    while True:
+                        visitor.recv(timeout=5)
+        for sent in (b"\x00\xff" * 50, b"GET / HTTP/1.1\r\n"):
+            with socket.create_connection((HOST, port), timeout=5) as dropped:
+                dropped.sendall(sent)
+        process.send_signal(signal.SIGINT)
+        said, errors = process.communicate(timeout=30)
+    finally:
+        process.kill()
+    assert (process.returncode, errors) == (0, "")
+    assert said.endswith("stopped\n")

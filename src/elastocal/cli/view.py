@@ -31,6 +31,8 @@ def view_command(
     ] = False,
 ) -> None:
     """Show the robot, its plan and its deflections in a web page on this machine only."""
+    import logging
+
     from elastocal.cli.inputs import models_at
     from elastocal.files.study.study_file import read_study
     from elastocal.fitting.goodness import quantile
@@ -51,6 +53,8 @@ def view_command(
 
             webbrowser.open(address)
 
+    # Whoever connects and sends nonsense would fill the terminal with what libraries log of it.
+    logging.getLogger().addHandler(logging.NullHandler())
     serve(shown, port, ready)
     print("\nstopped")
 
