@@ -29,9 +29,14 @@ _OPEN = "0" * 12
 _LINE = re.compile(r"(elastocal ([a-z][a-z0-9, ]*) )([0-9a-f]{12})(?![0-9a-f])")
 
 
-def signature(kind: str) -> str:
-    """What a writer puts into a comment of a file of this kind, such as 'run sheet'."""
-    return f"elastocal {kind} {_OPEN}"
+def signature(kind: str, more: str = "") -> str:
+    """What a writer puts into a comment of a file of this kind, such as 'run sheet'.
+
+    Args:
+        kind: Small letters and spaces.
+        more: What else is said of it, small letters, digits and spaces.
+    """
+    return f"elastocal {kind}{', ' if more else ''}{more} {_OPEN}"
 
 
 def sealed(text: str) -> str:
@@ -53,7 +58,7 @@ def kind_of(text: str) -> str:
     if len(found) != 1:
         return ""
     kind, digest = found.pop()
-    return kind if digest == _digest(text) else ""
+    return kind.split(",")[0] if digest == _digest(text) else ""
 
 
 def _digest(text: str) -> str:

@@ -123,7 +123,7 @@ def replaceable(path: Path, kind: str, *, force: bool, text: str = "") -> None:
 
     if not force and path.exists() and kind_of_file(path, text) not in (kind, SAME):
         raise InputError(
-            f"{path}: exists already, and elastocal did not write it as {kind.split(',')[0]}, or "
+            f"{path}: exists already, and elastocal did not write it as {kind}, or "
             "it was changed since; choose another name, or write over it with --force"
         )
 

@@ -50,7 +50,13 @@ def export_command(
 
     import numpy as np
 
-    from elastocal.cli.inputs import note_origin, plan_and_study, refuse_false_claims, sources_of
+    from elastocal.cli.inputs import (
+        note_origin,
+        note_parted,
+        plan_and_study,
+        refuse_false_claims,
+        sources_of,
+    )
     from elastocal.cli.programs import converted, said, write_program
     from elastocal.files.plans.plan_file import study_hash
     from elastocal.files.plans.proposal_file import study_for
@@ -60,6 +66,7 @@ def export_command(
     from elastocal.programs.writers import Settings
 
     proposal, study = plan_and_study(plan_file, study_file)
+    note_parted([plan_file])
     note_origin(plan_file.name, proposal, study, study_for(proposal, study).known)
     folder, name = _place(out, to)
     program = campaign_program(

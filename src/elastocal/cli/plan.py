@@ -172,6 +172,7 @@ def evaluate_command(
         knowing_as,
         load,
         note_origin,
+        note_parted,
         proposals,
         with_path,
     )
@@ -197,6 +198,7 @@ def evaluate_command(
     results = {}
     bounds: dict[tuple[str, str, str, int], Bound] = {}
     studies: dict[int, Study] = {}
+    note_parted(plans)
     read = measured_among(plans, mapping)
     proposed = proposals([file for file in plans if file not in read], study)
     measured: dict[str, Measured] = {}

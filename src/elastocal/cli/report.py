@@ -69,6 +69,7 @@ def report_command(
         Files,
         note_before,
         note_origin,
+        note_parted,
         plan_and_study,
         proposals,
         refuse_false_claims,
@@ -92,6 +93,7 @@ def report_command(
     writable(out, *sources_of(study_for(proposal, given), study_file or plan_file))
     replaceable(out, "report", force=force)
     shown = study_for(proposal, given)
+    note_parted([plan_file, *(vs or [])])
     note_origin(plan_file.name, proposal, given, shown.known)
     refuse_false_claims(plan_file.name, proposal, given)
     proposed = proposals(vs or [], shown)

@@ -86,6 +86,7 @@ def simulate_command(
     from elastocal.cli.inputs import (
         knowing_as,
         note_origin,
+        note_parted,
         only_proposal,
         proposals,
         refuse_false_claims,
@@ -104,7 +105,7 @@ def simulate_command(
     if number is None and (random or picture is not None):
         raise InputError("--random and --picture need --campaigns: how many to simulate")
     given = [study_file, truth, *plans]
-    kind, suffix = ("measurements, version 1", ".csv") if number is None else ("campaigns", ".json")
+    kind, suffix = ("measurements", ".csv") if number is None else ("campaigns", ".json")
     if picture is not None:
         writable(picture, *given, suffix=".svg")
     writable(out, *given, suffix=suffix)
@@ -119,6 +120,7 @@ def simulate_command(
         Outliers(outliers_percent / 100.0, outlier_mm / 1e3),
         linear,
     )
+    note_parted(plans)
     if number is None:
         plan = only_proposal(plans, study)
         note_origin(plan.name, plan, study, study_for(plan, study).known)

@@ -61,7 +61,7 @@ def view_command(
 
 def _subject(study: Study, plan: Path | None) -> Subject:
     """The study with the poses of a plan, and what its certificate tells of any place."""
-    from elastocal.cli.inputs import note_origin, refuse_false_claims
+    from elastocal.cli.inputs import note_origin, note_parted, refuse_false_claims
     from elastocal.files.plans.certificate_section import read_certified_design
     from elastocal.files.plans.proposal_file import read_proposal, study_for
     from elastocal.planning.sensitivity import sensitivity
@@ -69,6 +69,7 @@ def _subject(study: Study, plan: Path | None) -> Subject:
 
     if plan is None:
         return Subject(study, stops_of(study))
+    note_parted([plan])
     proposal = read_proposal(plan, study)
     written, study = study, study_for(proposal, study)
     note_origin(plan.name, proposal, written, study.known)

@@ -56,7 +56,7 @@ GIVEN = ("study_path.yaml", "study_a1.yaml", "truth.json", "path.csv")
 MADE = {
     "plan": ("plan.json", "plan_a1.json"),
     "run sheet": ("plan.csv", "plan_a1.csv"),
-    "measurements, version 1": ("measurements.csv", "measurements_a1.csv", "validation.csv"),
+    "measurements": ("measurements.csv", "measurements_a1.csv", "validation.csv"),
     "model": ("model_a2_a6.json", "model.json"),
     "corrected path": ("corrected.csv",),
     "report": ("report.html",),

@@ -47,7 +47,7 @@ def write_measurements(measurements: Measurements, robot: Robot, path: str | Pat
     header += [name for names, _ in parts for name in names]
     cases = [",".join(f"{v + 0.0:.12g}" for v in row) for row in np.hstack(columns).tolist()]
     out = io.StringIO()
-    out.write(f"# {signature('measurements, version 1')}\n")
+    out.write(f"# {signature('measurements', 'version 1')}\n")
     out.write(table_row(header))
     experiment = [cell(name) for name in m.names]
     marker = [cell(name) for name in m.tool.marker_names]

@@ -52,8 +52,12 @@ def study_hash(study: Study) -> str:
 
 def write_plan(plan: Plan, path: str | Path) -> None:
     """Write plan.json."""
-    document = finite(plan_document(plan))
-    write_text(Path(path), json.dumps(document, indent=2, ensure_ascii=False) + "\n")
+    write_text(Path(path), _text(plan))
+
+
+def _text(plan: Plan) -> str:
+    """The text of plan.json."""
+    return json.dumps(finite(plan_document(plan)), indent=2, ensure_ascii=False) + "\n"
 
 
 def read_plan(
@@ -259,7 +263,8 @@ def _certificate(robot: Robot, certificate: Certificate) -> dict[str, Any]:
 def write_run_sheet(plan: Plan, path: str | Path) -> None:
     """Write plan.csv: one row per configuration, in order of execution."""
     robot = plan.study.robot
-    lines = [table_row([*columns(robot), "repeats", "nearest constraint", signature("run sheet")])]
+    sealed = signature("run sheet", f"plan {text_hash(_text(plan))[:12]}")
+    lines = [table_row([*columns(robot), "repeats", "nearest constraint", sealed])]
     scale, count = robot.shown_scale, len(plan.load_cases)
     for i in range(count + 1):
         for q in plan.via[i] if plan.via else ():
