@@ -122,9 +122,9 @@ def test_what_was_changed_by_hand_stays(name: str, file: str, campaign: Path) ->
 
 
 def test_one_kind_of_ours_does_not_replace_another(campaign: Path) -> None:
-    sheet = (campaign / "plan.csv").read_bytes()
     (campaign / "named.yaml").write_text(f"name: plan\n{STUDY}", encoding="utf-8")
     assert run("plan", "named.yaml").exit_code == 0
+    sheet = (campaign / "plan.csv").read_bytes()
     for arguments in (
         ["simulate", "study.yaml", "plan.json", "--truth", "truth.json", "-o", "plan.csv"],
         ["export", "plan.json", "--to", "csv"],
