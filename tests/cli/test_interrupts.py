@@ -95,6 +95,9 @@ def test_old_output_stays_whole(name: str, made: Path, tmp_path: Path) -> None:
         # string, as a dataclass is, it ends by the signal at last, whoever caught that.
         assert code in (0, 130, -signal.SIGINT) or "Traceback" in errors, errors
         assert errors == STOPPED or "Traceback" in errors or text != OLD or module != "numpy"
+        assert code != 130 or "stopped; " in errors or "Traceback" in errors, "without a word"
+        if "stopped; " in errors:
+            assert ("no file was changed" in errors) == (text == OLD)
         assert (text == OLD) or code == 0 or text.endswith(("\n", ">")), text[-200:]
         left = {path.name for path in tmp_path.iterdir()} - before
         assert not {name for name in left if name.startswith(".")}, left

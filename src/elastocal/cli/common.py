@@ -128,6 +128,19 @@ def replaceable(path: Path, kind: str, *, force: bool, text: str = "") -> None:
         )
 
 
+def note_parted(paths: list[Path]) -> None:
+    """Say on standard error if beside a plan stands the run sheet of another, or the other way."""
+    from elastocal.files.plans.pair import parted
+
+    for path in paths:
+        if (other := parted(path)) is not None:
+            print(
+                f"note: {other.name} beside {path.name} belongs to another plan; make them anew "
+                "with 'elastocal plan' before you measure",
+                file=sys.stderr,
+            )
+
+
 def print_json(document: Any) -> None:
     """Print a document for programs."""
     import json

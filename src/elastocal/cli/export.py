@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from elastocal.cli.common import Json, Overwrite, ScriptNode, app, print_json
+from elastocal.cli.common import Json, Overwrite, ScriptNode, app, note_parted, print_json
 from elastocal.errors import InputError
 
 if TYPE_CHECKING:
@@ -52,7 +52,6 @@ def export_command(
 
     from elastocal.cli.inputs import (
         note_origin,
-        note_parted,
         plan_and_study,
         refuse_false_claims,
         sources_of,

@@ -20,6 +20,7 @@ from elastocal.cli.common import (
     Torque,
     Workers,
     app,
+    note_parted,
     print_json,
     replaceable,
     writable,
@@ -172,7 +173,6 @@ def evaluate_command(
         knowing_as,
         load,
         note_origin,
-        note_parted,
         proposals,
         with_path,
     )

@@ -15,6 +15,7 @@ from elastocal.cli.common import (
     Prior,
     Seed,
     app,
+    note_parted,
     replaceable,
     writable,
 )
@@ -69,7 +70,6 @@ def report_command(
         Files,
         note_before,
         note_origin,
-        note_parted,
         plan_and_study,
         proposals,
         refuse_false_claims,

@@ -14,6 +14,7 @@ from elastocal.cli.common import (
     Seed,
     StudyPath,
     app,
+    note_parted,
     print_json,
     replaceable,
     writable,
@@ -86,7 +87,6 @@ def simulate_command(
     from elastocal.cli.inputs import (
         knowing_as,
         note_origin,
-        note_parted,
         only_proposal,
         proposals,
         refuse_false_claims,

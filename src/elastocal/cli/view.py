@@ -8,7 +8,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from elastocal.cli.common import StudyPath, app
+from elastocal.cli.common import (
+    StudyPath,
+    app,
+    note_parted,
+)
 
 if TYPE_CHECKING:
     from elastocal.study.study import Study
@@ -61,7 +65,7 @@ def view_command(
 
 def _subject(study: Study, plan: Path | None) -> Subject:
     """The study with the poses of a plan, and what its certificate tells of any place."""
-    from elastocal.cli.inputs import note_origin, note_parted, refuse_false_claims
+    from elastocal.cli.inputs import note_origin, refuse_false_claims
     from elastocal.files.plans.certificate_section import read_certified_design
     from elastocal.files.plans.proposal_file import read_proposal, study_for
     from elastocal.planning.sensitivity import sensitivity
