@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import ast
+import re
 from typing import get_args
 
 import numpy as np
 import pytest
 
 from elastocal.errors import Code, Doubt
-from elastocal.wording import SENTENCES, worded
+from elastocal.wording import SENTENCES, ended, worded
 from elastocal.wording.numbers import readable
 from elastocal.wording.plans import freedom, only_of, told
 from tests.test_architecture import MAY_IMPORT, MODULES, room_of
@@ -224,3 +225,11 @@ def test_large_compliances_are_in_micro_units() -> None:
     assert readable("m/N", 4.23e-5) == (1e6, "µm/N")
     for value in (2e-9, 9e-6, np.inf):
         assert readable("rad/(N·m)", value) == (1e9, "1e-9 rad/(N·m)")
+
+
+def test_a_sentence_ends_with_one_mark() -> None:
+    assert [ended(text) for text in ("a", "a?", "a.", "a…")] == ["a.", "a?", "a.", "a…."]
+    wrong = re.compile(r"\{(?:worded|together)\([^{}]*\)\}\.|\{(?:sentence|note|remark)\}\.")
+    for path in (path for path in MODULES if path.name != "sentences.py"):
+        found = wrong.search(path.read_text(encoding="utf-8"))
+        assert found is None, f"{path}: {found and found[0]}: use ended()"

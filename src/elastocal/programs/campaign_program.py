@@ -34,7 +34,7 @@ from elastocal.programs.robot_program import (
 from elastocal.robot.chain import Robot
 from elastocal.robot.posture import Posture
 from elastocal.study.study import Study
-from elastocal.wording import worded
+from elastocal.wording import ended, worded
 from elastocal.wording.lists import counted
 from elastocal.wording.numbers import described
 from elastocal.wording.watch import watch
@@ -88,7 +88,7 @@ def campaign_program(
     before, same = approaches(robot, q, amount, study.bounds, study.constraints)
     beside = np.stack([_inside(robot, before, "approach point"), q], axis=1).reshape(-1, q.shape[1])
     start, notes = ([], []) if home is None else _home(study, home)
-    notes += [f"On the way, where nothing is measured, {worded(doubt)}." for doubt in rest]
+    notes += [f"On the way, where nothing is measured, {ended(worded(doubt))}" for doubt in rest]
     labels = [f"{kind}{i + 1}" for i in range(len(cases)) for kind in ("AP", "P")]
     m = int(np.sum(repeats))
     passed = list(via) or [np.zeros((0, q.shape[1]))] * (len(q) + 1)

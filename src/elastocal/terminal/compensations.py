@@ -11,7 +11,7 @@ from elastocal.arrays import Array
 from elastocal.compensation.compensate import Compensation
 from elastocal.files.paths.path_file import ToolPath
 from elastocal.terminal.console import out, whole
-from elastocal.wording import together, worded
+from elastocal.wording import ended, together, worded
 
 _MOST_REMARKS = 10
 
@@ -46,10 +46,10 @@ def show_compensation(done: Compensation, task: ToolPath, residual: Array | None
     if not done.model.covariance.any():
         out.print("The model has no covariance: it is taken as exact, ρ0 is zero.")
     for note in (*task.remarks, *map(worded, done.notes)):
-        out.print(Text(f"Note: {note}.", style="yellow"))
+        out.print(Text(f"Note: {ended(note)}", style="yellow"))
     odd = [i for i, doubts in enumerate(done.doubts) if doubts]
     for i in odd[:_MOST_REMARKS]:
-        text = f"Point {task.names[i]} (line {task.lines[i]}): {together(done.doubts[i])}."
+        text = f"Point {task.names[i]} (line {task.lines[i]}): {ended(together(done.doubts[i]))}"
         out.print(Text(text, style="yellow"))
     if len(odd) > _MOST_REMARKS:
         out.print(f"… and {len(odd) - _MOST_REMARKS} more points with remarks.")

@@ -13,7 +13,7 @@ from elastocal.identification.validation import Validation, summary
 from elastocal.measuring.measurements import Quantity
 from elastocal.robot.joint_kinds import PRISMATIC
 from elastocal.terminal.console import micrometres, out, whole
-from elastocal.wording import worded
+from elastocal.wording import ended, worded
 from elastocal.wording.lists import counted
 
 _BAR = 25  # characters of a drawn interval
@@ -60,7 +60,7 @@ def show_identification(found: Identification) -> None:
     out.print(Text(_linear(found)))
     weak = doubts(found)
     for doubt in weak:
-        out.print(Text(f"Weak: {worded(doubt)}.", style="yellow"))
+        out.print(Text(f"Weak: {ended(worded(doubt))}", style="yellow"))
     if not weak:
         out.print(Text("Nothing weak was found in this result.", style="green"))
 

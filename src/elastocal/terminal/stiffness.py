@@ -8,6 +8,7 @@ from rich.text import Text
 
 from elastocal.study.at_test_poses import AtTestPose
 from elastocal.terminal.console import micrometres, out, whole
+from elastocal.wording import ended
 from elastocal.wording.numbers import vector
 from elastocal.wording.stiffness import COMPLIANCE, STIFFNESS, left_out, ranged
 
@@ -53,7 +54,7 @@ def _show(one: AtTestPose) -> None:
         )
     whole(table)
     for sentence in left_out(stiff.missing, stiff.rigid):
-        out.print(Text(f"{sentence}."))
+        out.print(Text(ended(sentence)))
     if stiff.missing:
         return
     held = ", ".join(

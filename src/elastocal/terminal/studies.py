@@ -85,7 +85,7 @@ def show_check(study: Study, found: Checkup) -> None:
     for made_do in found.watch.made_do:
         out.print(Text(ended(worded(made_do)[:1].upper() + worded(made_do)[1:])))
     for contacts in found.unwatched:
-        out.print(Text(f"Contact not watched, {worded(contacts)}."))
+        out.print(Text(f"Contact not watched, {ended(worded(contacts))}"))
     paths = [pose for pose in study.test_poses if isinstance(pose, TestPath)]
     remarks = [remark for path in paths for remark in path.remarks]
     for remark in (*robot.remarks, *remarks):

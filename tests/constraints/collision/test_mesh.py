@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from elastocal.constraints.collision.mesh import hulls
+from elastocal.constraints.collision.mesh import hulls, triangles
 from elastocal.errors import InputError
 from elastocal.robot.shapes import Shape
 
@@ -49,3 +49,26 @@ def test_a_triangle_of_a_vertex_that_is_not_there(tmp_path: Path) -> None:
     )
     with pytest.raises(InputError, match="names a vertex that is not there"):
         hulls(Shape("mesh", np.ones(3), np.eye(4), 0, "part", path, path.name))
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("far.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 99999999999\n", "that is not there"),
+        ("far.ply", "ply\nformat ascii 1.0\nelement vertex 1\nend_header\n", ""),
+        ("none.stl", "solid x\nfacet normal a b c\n", ""),
+        ("bytes.stl", "x" * 100, ""),
+    ],
+)
+def test_what_is_wrong_is_said_in_our_words(
+    name: str, text: str, said: str, tmp_path: Path
+) -> None:
+    pytest.importorskip("trimesh")
+    (tmp_path / name).write_text(text, encoding="utf-8")
+    shape = Shape("mesh", np.ones(3), np.eye(4), 0, "part", tmp_path / name, name)
+    with pytest.raises(InputError) as raised:
+        triangles(shape)
+    sentence = str(raised.value)
+    assert said in sentence
+    for word in ("axis", "index", "array", "Error", "numpy", "could not", "buffer"):
+        assert word not in sentence.removeprefix(str(tmp_path))

@@ -28,6 +28,7 @@ LARGEST_SIZE = 100.0
 SMALLEST_SIZE = 1e-3
 """A mesh smaller than this [m] is taken for one in metres read as millimetres."""
 _PARTS = 200
+_NO_VERTEX = "{}: a triangle of the mesh names a vertex that is not there"
 
 
 def hulls(shape: Shape) -> list[Array]:
@@ -100,7 +101,7 @@ def _read(path: Path) -> tuple[Array, IntArray]:
     if not len(faces) or not len(vertices):
         raise InputError(f"{path}: the mesh has no triangles")
     if faces.min() < 0 or faces.max() >= len(vertices):
-        raise InputError(f"{path}: a triangle of the mesh names a vertex that is not there")
+        raise InputError(_NO_VERTEX.format(path))
     if not np.isfinite(vertices).all():
         raise InputError(f"{path}: the mesh has vertices that are not finite numbers")
     return vertices, faces
@@ -136,8 +137,12 @@ def _by_trimesh(path: Path, data: bytes) -> tuple[Array, IntArray]:
         vertices: Array = np.array(mesh.vertices, dtype=np.float64).reshape(-1, 3)
         faces: IntArray = np.array(mesh.faces, dtype=np.int64).reshape(-1, 3)
     except Exception as error:  # whatever a hostile file makes of a parser
-        reason = str(error).splitlines()[0][:80] if str(error) else type(error).__name__
-        raise InputError(f"{path}: not a readable {path.suffix[1:]} mesh: {reason}") from None
+        if isinstance(error, IndexError):
+            raise InputError(_NO_VERTEX.format(path)) from None
+        raise InputError(
+            f"{path}: not a readable {path.suffix[1:].lower()} mesh; save it again from the "
+            "program it comes from"
+        ) from None
     return vertices, faces
 
 
