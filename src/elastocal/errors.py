@@ -32,6 +32,7 @@ Code = Literal[
     "unlike-noise",
     "model-error",
     "zero-in-interval",
+    "by-chance",
     "carried",
     "correlated",
     "counts-less",
@@ -48,6 +49,7 @@ Code = Literal[
     "wrong-side",
     "position-only",
     "nothing-to-compensate",
+    "taken-as-zero",
     # of a corrected path
     "points-lost",
     "points-beyond-limits",
@@ -56,6 +58,7 @@ Code = Literal[
     # of a validation, and of virtual campaigns
     "worse-with-model",
     "errors-unexplained",
+    "same-load-cases",
     "unlike-predicted",
     "not-covered",
     # of what experiments can tell apart

@@ -9,6 +9,8 @@ from typing import Any
 
 import pytest
 
+from elastocal.cli.common import CONTROLLERS
+from elastocal.programs.writers import WRITERS
 from tests.cli.test_commands import run
 from tests.cli.test_report import PATH, STUDY, TRUTH
 
@@ -114,7 +116,7 @@ NOT_FOUND = {
     "dof": (top("dof", 7), "is not the model that m.csv gives; it claims 7 degrees of freedom"),
 }
 WRONG = {
-    "text": (entry("value", "much"), "line 26: compliance.J2.value: expected a number"),
+    "text": (entry("value", "much"), ": compliance.J2.value: expected a number"),
     "NaN": (entry("value", float("nan")), "expected a finite number, found NaN"),
     "unit": (entry("unit", "m/N"), "'m/N' is that of a compliance of a linear spring"),
     "smaller unit": (entry("unit", "urad/(N.m)"), "contradicts the standard errors"),
@@ -223,3 +225,50 @@ def test_a_standard_error_too_small_to_reckon_with_is_named(folder: Path, error:
     Path("tiny.json").write_text(json.dumps({"compliance": {"J2": entry}}), encoding="utf-8")
     result = run("identify", "study.yaml", "m.csv", "--prior", "tiny.json", "-o", "tiny_m.json")
     refused(result, "tiny.json, line 1: the standard error of J2 is 1e-", "at least 1e-30 in SI")
+
+
+def test_validation_on_the_load_cases_of_the_identification_is_said(folder: Path) -> None:
+    result = run("validate", "study.yaml", "model.json", "v.csv", "--json")
+    document = json.loads(result.stdout)
+    assert document["repeated_load_cases"] == document["experiments"] == 6
+    result = run("report", "plan.json", "--quick", "--model", "model.json", "--validation", "v.csv",
+                 "-o", "same.html")  # fmt: skip
+    assert result.exit_code == 0, result.stderr
+    assert "all 6 experiments repeat load cases" in Path("same.html").read_text("utf-8")
+
+
+def test_a_model_without_any_compliance_compensates_nothing(folder: Path) -> None:
+    held = {name: {"value": 0.0, "unit": "rad/(N·m)"} for name in TRUTH}
+    Path("held.json").write_text(json.dumps({"compliance": held}), encoding="utf-8")
+    result = run("compensate", "study.yaml", "held.json", "path.csv", "-o", "held.csv")
+    refused(result, "held.json: all compliances are zero")
+
+
+def test_help_names_every_controller() -> None:
+    assert set(CONTROLLERS.replace(" or ", ", ").split(", ")) == set(WRITERS)
+
+
+def test_home_of_a_held_joint_is_where_it_is_held(folder: Path) -> None:
+    held = "constraints: {joint_limits_deg: {J1: [30, 30]}, "
+    text = STUDY.replace("constraints: {", held)
+    assert held in text
+    Path("held.yaml").write_text(text + "motion: {home_deg: [0, 0, 0]}\n", encoding="utf-8")
+    refused(run("check", "held.yaml"), "held.yaml, line", "J1 at 0°, but", "holds it at 30°")
+    Path("held.yaml").write_text(text + "motion: {home_deg: [30, 0, 0]}\n", encoding="utf-8")
+    assert "holds it" not in run("check", "held.yaml").stderr
+
+
+def test_what_is_known_of_identified_springs_is_said_to_be_left_out(folder: Path) -> None:
+    Path("two.yaml").write_text(STUDY + "identify: [J1, J2]\nknown: model.json\n", encoding="utf-8")
+    said = " ".join(run("check", "two.yaml").stdout.split())
+    assert "what it tells of J1, J2 is left out" in said
+
+
+def test_a_path_without_loads_is_said(folder: Path) -> None:
+    rows = "J1 [deg],J2 [deg],J3 [deg]\n0,60,-45\n1,60,-45\n"
+    Path("idle.csv").write_text(rows, encoding="utf-8")
+    result = run(
+        "evaluate", "study.yaml", "plan.json", "--random", "0", "--path", "idle.csv",
+        "--force-n", "0", "0", "0",
+    )  # fmt: skip
+    assert "note: idle.csv has no loads, so nothing is deflected along it" in result.stderr

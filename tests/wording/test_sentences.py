@@ -48,6 +48,21 @@ def test_every_code_has_its_sentence() -> None:
             "these joints, and no other load case checks them",
         ),
         (
+            Doubt("carried", ("A1",), ("10", "11", "12"), {"error_ratio": 8.6, "configuration": 3}),
+            "A1: carried by configuration 3 (experiments 10 to 12); without them the standard "
+            "errors are up to 8.6 times as large, and no other load case checks them",
+        ),
+        (
+            Doubt("by-chance", (), (), {"p_value": 0.0026}),
+            "repeats differ from the model as they do by chance in 1 of 385 campaigns "
+            "(p = 0.0026); one more configuration would tell",
+        ),
+        (
+            Doubt("same-load-cases", (), (), {"repeated": 3, "experiments": 12}),
+            "3 of 12 experiments repeat load cases of the identification: that tests the noise, "
+            "not the model; measure other configurations",
+        ),
+        (
             Doubt("counts-less", ("E4",), (), {"readings": 60, "unused": 1}),
             "1 of 60 readings count less than half, 1 of them not at all: E4",
         ),

@@ -58,6 +58,8 @@ Workers = Annotated[
 ScriptNode = Annotated[
     bool, typer.Option("--for-script-node", help="URScript that calls its function itself.")
 ]
+CONTROLLERS = "krl, rapid, fanuc, urscript, ros or csv"
+"""What `--to` takes, for help that loads no writer; a test compares it with the writers."""
 Known = Annotated[
     Path | None, typer.Option(help="Model of further joints, which bend; instead of the study's.")
 ]

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from elastocal.cli.common import (
+    CONTROLLERS,
     Force,
     Json,
     Overwrite,
@@ -51,7 +52,7 @@ def compensate_command(
     ] = None,
     to: Annotated[
         str | None,
-        typer.Option(help="Robot program to write beside: krl, rapid, fanuc, urscript, ros, csv."),
+        typer.Option(help=f"Robot program to write beside: {CONTROLLERS}."),
     ] = None,
     for_script_node: ScriptNode = False,
     force: Overwrite = False,

@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from elastocal.cli.common import Json, Overwrite, ScriptNode, app, note_parted, print_json
+from elastocal.cli.common import (
+    CONTROLLERS,
+    Json,
+    Overwrite,
+    ScriptNode,
+    app,
+    note_parted,
+    print_json,
+)
 from elastocal.errors import InputError
 
 if TYPE_CHECKING:
@@ -18,7 +26,7 @@ if TYPE_CHECKING:
 @app.command("export")
 def export_command(
     plan_file: Annotated[Path, typer.Argument(metavar="PLAN", help="Plan (JSON or CSV).")],
-    to: Annotated[str, typer.Option(help="krl, rapid, fanuc, urscript, ros or csv.")],
+    to: Annotated[str, typer.Option(help=f"{CONTROLLERS}.")],
     out: Annotated[
         Path, typer.Option("--out", "-o", help="Folder, or a file whose name is the program's.")
     ] = Path("."),

@@ -110,7 +110,13 @@ def validate_command(
     as_json: Json = False,
 ) -> None:
     """Compare a model with experiments; with those it was made from, each is left out in turn."""
-    from elastocal.cli.inputs import fit_of, known_in, known_model, note_model
+    from elastocal.cli.inputs import (
+        fit_of,
+        identified_cases,
+        known_in,
+        known_model,
+        note_model,
+    )
     from elastocal.cli.measured import readings
     from elastocal.cli.refit import refit
     from elastocal.files.measurements.suspicious import kept_aside
@@ -134,7 +140,8 @@ def validate_command(
     else:
         data = kept_aside(data)
         given = read_model(model, study.robot)
-        validation = validate(study.arm, given, data, confidence=confidence)
+        before = identified_cases(model, study.robot)
+        validation = validate(study.arm, given, data, confidence=confidence, identified=before)
     if as_json:
         print_json(validation_document(validation))
         return

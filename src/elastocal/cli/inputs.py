@@ -14,9 +14,11 @@ import numpy as np
 
 from elastocal.arrays import Array, frozen
 from elastocal.elastic.compliance_model import ComplianceModel, merged_models
+from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InputError
 from elastocal.files.models.model_file import model_sections, read_model
 from elastocal.files.paths.path_file import read_path
+from elastocal.files.plans.load_case_entries import read_load_cases
 from elastocal.files.plans.plan_file import read_with_study, study_hash
 from elastocal.files.plans.proposal_file import Proposal, read_proposal, study_for
 from elastocal.files.study.known import KnownOf, known_at
@@ -268,6 +270,13 @@ def fit_of(model: Path | None, confidence: float = 0.95) -> Fit:
     )
 
 
+def identified_cases(model: Path | None, robot: Robot) -> LoadCases | None:
+    """The load cases that a model was made from, as its file says; None if it does not."""
+    entries = None if model is None else model_sections(model)["identification"].get("load_cases")
+    where = f"{model}: identification.load_cases"
+    return read_load_cases(entries, robot, where) if entries else None
+
+
 def tool_called(study: Study, name: str | None) -> Tool:
     """The tool called `name`, else the one of all test poses."""
     posed = {pose.tool.name: pose.tool for pose in study.test_poses if pose.tool is not None}
@@ -313,6 +322,12 @@ def with_path(
     """The study, judged along the path in a file besides; nothing is planned for it."""
     used = tool_called(study, tool)
     task = read_path(path, study.robot, used, start_of(study, used, start), wrench)
+    if not task.cases.wrench.any():
+        print(
+            f"note: {path} has no loads, so nothing is deflected along it and its error of 0 says "
+            "nothing; give --force-n, or columns of loads",
+            file=sys.stderr,
+        )
     names = [pose.name for pose in study.test_poses]
     judged = replace(
         test_path(replace(study.fitted_arm, tool=used), task.cases, 0.0, path.name),

@@ -12,6 +12,7 @@ from elastocal.arrays import IntArray
 from elastocal.cli.inputs import (
     Files,
     fit_of,
+    identified_cases,
     known_model,
     model_at,
     note_model,
@@ -125,7 +126,8 @@ def _validated(
             f"{files.validation[0]}: these are the measurements the model was made from; leave "
             "--validation out, then every experiment is left out in turn"
         )
-    return validate(study.arm, model, kept, confidence=confidence)
+    before = fitted.measurements.cases if fitted else identified_cases(files.model, study.robot)
+    return validate(study.arm, model, kept, confidence=confidence, identified=before)
 
 
 def with_compensation(

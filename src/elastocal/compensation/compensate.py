@@ -117,10 +117,11 @@ def compensate(arm: ElasticArm, model: ComplianceModel, cases: LoadCases) -> Com
         cases: N load cases of the task.
 
     Raises:
-        InputError: arm and model have different springs.
+        InputError: arm and model have different springs, or none of them bends.
 
     Source: paper eq. (14); the split into joint springs and others is ours.
     """
+    _refuse_rigid(model)
     idle = _idle(arm, model, cases.q)
     target = tcp_poses(arm, cases.q, idle)
     own = arm.springs.joint >= 0
@@ -145,6 +146,7 @@ def compensate_linearly(arm: ElasticArm, model: ComplianceModel, cases: LoadCase
 
     Source: paper eq. (15), with K_C⁻¹ W = A(q0, w) k and the pseudo-inverse of J0.
     """
+    _refuse_rigid(model)
     target = tcp_poses(arm, cases.q, _idle(arm, model, cases.q))
     shift = deflection(replace(arm, tool=arm.tool.at_tcp), model.compliance, cases)
     rows = task_rows(arm)
@@ -160,6 +162,14 @@ def compensate_linearly(arm: ElasticArm, model: ComplianceModel, cases: LoadCase
         steps.lost,
     )
     return _judged(arm, model, cases, "linear", cases.q + steps.step, target, found)
+
+
+def _refuse_rigid(model: ComplianceModel) -> None:
+    if not model.compliance.any():
+        raise InputError(
+            f"{model.source or 'the model'}: all compliances are zero, as where a fit held them "
+            "all, so nothing bends and nothing is known of the error; look at that fit first"
+        )
 
 
 RULES = {"nonlinear": compensate, "linear": compensate_linearly}

@@ -84,6 +84,10 @@ def notes(arm: ElasticArm, compliance: Array, cases: LoadCases, rows: int) -> tu
     below = zip(arm.springs.names, compliance, strict=True)
     if negative := tuple(name for name, value in below if value < 0.0):
         found.append(Doubt("wrong-side", negative))
+    if held := tuple(
+        name for name, value in zip(arm.springs.names, compliance, strict=True) if value == 0.0
+    ):
+        found.append(Doubt("taken-as-zero", held))
     if rows < 6:
         found.append(Doubt("position-only", numbers={"joints": len(arm.robot.joints)}))
     if not cases.wrench.any():

@@ -14,6 +14,7 @@ from elastocal.identification.result import Identification
 
 _CLOSE = 0.95  # correlation above which two compliances are hard to tell apart
 _CARRIES = 3.0  # growth of a standard error that makes an experiment indispensable
+_SELDOM = 0.01  # probability below which an all-clear beside it would be read as a mistake
 _FAR = 4.5  # residual over its own standard deviation that calls for a look
 _FEW = 5  # degrees of freedom below which an estimated σ means little
 _LARGE = 2e-3  # deflection above which the linear model is too coarse [m]
@@ -27,6 +28,7 @@ def doubts(found: Identification) -> tuple[Doubt, ...]:
         *_intervals(found),
         *_carried(found),
         *_correlated(found),
+        *_by_chance(found),
         *_outlying(found),
         *_nonlinear(found),
     )
@@ -89,15 +91,17 @@ def _carried(found: Identification) -> Iterator[Doubt]:
     if len(ratio) < 2:
         return
     most = np.argmax(ratio, axis=0)
+    first = np.unique(found.configuration, return_index=True)[1]
     for g in np.unique(most).tolist():
         joints = [j for j in np.flatnonzero(most == g).tolist() if ratio[g, j] >= _CARRIES]
         if joints:
             experiments = np.flatnonzero(found.configuration == g)
+            place = 1 + int(np.sum(first < first[g]))  # as in the run sheet: in order of execution
             yield Doubt(
                 "carried",
                 tuple(found.identified[j] for j in joints),
                 tuple(found.measurements.names[i] for i in experiments),
-                {"error_ratio": float(ratio[g, joints].max())},
+                {"error_ratio": float(ratio[g, joints].max()), "configuration": place},
             )
 
 
@@ -108,6 +112,13 @@ def _correlated(found: Identification) -> Iterator[Doubt]:
             if abs(correlation[i, j]) > _CLOSE:
                 pair = (found.identified[j], found.identified[i])
                 yield Doubt("correlated", pair, numbers={"correlation": float(correlation[i, j])})
+
+
+def _by_chance(found: Identification) -> Iterator[Doubt]:
+    """Repeats that differ from the model as they seldom do by chance, but may."""
+    lack = found.lack_of_fit
+    if lack is not None and lack.fit_dof > 0 and SURE <= lack.p_value < _SELDOM:
+        yield Doubt("by-chance", numbers={"p_value": float(lack.p_value)})
 
 
 def _outlying(found: Identification) -> Iterator[Doubt]:

@@ -14,6 +14,7 @@ from elastocal.arrays import Array, BoolArray, frozen
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.deflections import deflection_and_gradient
+from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import Doubt, InputError
 from elastocal.fitting.goodness import SURE, p_value_chi_square, quantile
 from elastocal.identification.leave_one_out import left_out_covariance
@@ -37,6 +38,7 @@ class Validation:
             which share the error of the model. Left out in turn: that of the fit, over the noise
             found if it was estimated.
         dof: Degrees of freedom of it.
+        repeated: Experiments whose load case the identification had, too.
         kept_aside: Whether the readings took no part in making the model; False: every
             experiment was left out in turn.
     """
@@ -50,6 +52,7 @@ class Validation:
     chi_square: float
     dof: int
     kept_aside: bool
+    repeated: int = 0
 
     @property
     def inside(self) -> float:
@@ -100,6 +103,9 @@ def doubts_of_validation(validation: Validation) -> tuple[Doubt, ...]:
         told = ("chi_square", "dof", "p_value", "inside", "confidence")
         numbers = {name: getattr(validation, name) for name in told}
         doubts.append(Doubt("errors-unexplained", numbers=numbers))
+    if validation.repeated:
+        numbers = {"repeated": validation.repeated, "experiments": len(data.cases)}
+        doubts.append(Doubt("same-load-cases", numbers=numbers))
     return tuple(doubts)
 
 
@@ -125,7 +131,12 @@ def summary(error: Array) -> Summary:
 
 
 def validate(
-    arm: ElasticArm, model: ComplianceModel, measurements: Measurements, *, confidence: float = 0.95
+    arm: ElasticArm,
+    model: ComplianceModel,
+    measurements: Measurements,
+    *,
+    confidence: float = 0.95,
+    identified: LoadCases | None = None,
 ) -> Validation:
     """A model against readings that were not used to make it.
 
@@ -134,6 +145,7 @@ def validate(
         model: Compliances with covariance.
         measurements: The readings.
         confidence: Confidence of the prediction intervals.
+        identified: Load cases that the model was made from, if they are known.
 
     Source: ours; the prediction covariance is G cov(k) Gᵀ + Σ.
     """
@@ -147,7 +159,23 @@ def validate(
     chi_square = _joint(after, rows, measurements.covariance, model.covariance)
     expected = spread + measurements.covariance
     test = (chi_square, after.size)
-    return _judged(measurements, after, expected, model.dof, confidence, test, kept_aside=True)
+    found = _judged(measurements, after, expected, model.dof, confidence, test, kept_aside=True)
+    return replace(found, repeated=_repeated(measurements.cases, identified))
+
+
+def _repeated(cases: LoadCases, before: LoadCases | None) -> int:
+    """How many of N load cases are among those before, as well as a robot comes back to them."""
+    if before is None or not len(before):
+        return 0
+    same = np.zeros(len(cases), dtype=bool)
+    for q, wrench in zip(before.q, before.wrench, strict=True):
+        near = np.abs(cases.q - q).max(axis=1) <= _SAME_PLACE
+        size = max(float(np.linalg.norm(wrench)), 1e-300)
+        same |= near & (np.linalg.norm(cases.wrench - wrench, axis=1) <= _SAME_LOAD * size)
+    return int(same.sum())
+
+
+_SAME_PLACE, _SAME_LOAD = 2e-3, 0.05  # joint values [rad, m], share of a load: one load case
 
 
 def _joint(after: Array, rows: Array, noise: Array, covariance: Array) -> float:

@@ -21,6 +21,7 @@ class Known:
         planned: Whether a plan says how well they will be known, and nobody yet what they are.
         source: File it was read from, as it was named; empty if there is none.
         sha256: Hash of that file.
+        left_out: Springs of the file that the study identifies itself, which are not taken from it.
         readings: Hashes of the files with readings that it counts, as far as it says.
     """
 
@@ -29,6 +30,7 @@ class Known:
     source: str = ""
     sha256: str = ""
     readings: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
 
     @cached_property
     def uncertain(self) -> VirtualJoints:

@@ -37,7 +37,9 @@ def with_known(study: Study, known: Known | None) -> Study:
     own = study.prior[np.ix_(study.wanted, study.wanted)]
     if known is not None:
         refuse_other_springs(known.model, study.springs)
-        known = replace(known, model=_part(known.model, _others(study, known)))
+        others = _others(study, known)
+        left_out = tuple(n for n in known.model.names if n not in others) or known.left_out
+        known = replace(known, model=_part(known.model, others), left_out=left_out)
         _refuse_twice(study, known)
     bare = replace(study, known=known, prior=unset(), test_poses=())
     prior = np.array(bare.prior)

@@ -9,7 +9,7 @@ from rich.text import Text
 
 from elastocal.identification.doubts import doubts
 from elastocal.identification.result import Identification
-from elastocal.identification.validation import Validation, summary
+from elastocal.identification.validation import Validation, doubts_of_validation, summary
 from elastocal.measuring.measurements import Quantity
 from elastocal.robot.joint_kinds import PRISMATIC
 from elastocal.terminal.console import micrometres, out, whole
@@ -136,6 +136,9 @@ def show_validation(found: Validation) -> None:
                 style="yellow",
             )
         )
+    if found.repeated:
+        (doubt,) = (d for d in doubts_of_validation(found) if d.code == "same-load-cases")
+        out.print(Text(f"Weak: {worded(doubt)}.", style="yellow"))
     if found.beyond_chance:
         out.print(
             Text(

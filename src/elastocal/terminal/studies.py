@@ -102,7 +102,14 @@ def known_phrase(known: Known) -> str:
     if known.planned:
         return f"{names}: known as well as {known.source} promises; errors count in every number"
     exact = "" if known.uncertain.names else " exactly"
-    return f"{names}: known{exact} from {known.source or 'a model'}; errors count in every number"
+    source = known.source or "a model"
+    said = f"{names}: known{exact} from {source}; errors count in every number"
+    if known.left_out:
+        said += (
+            f"; what it tells of {', '.join(known.left_out)} is left out, for the study identifies "
+            "that itself: as a `prior` it would count"
+        )
+    return said
 
 
 def _role(study: Study, joint: str) -> str:

@@ -19,11 +19,22 @@ def _unexplained(doubt: Doubt) -> str:
     )
 
 
+def _share(doubt: Doubt) -> str:
+    n = doubt.numbers
+    if n["repeated"] == n["experiments"]:
+        return f"all {n['experiments']} experiments repeat"
+    return f"{n['repeated']} of {n['experiments']} experiments repeat"
+
+
 SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     "worse-with-model": lambda doubt: (
         f"with the model the error is larger than without it in {listed(doubt.about)}"
     ),
     "errors-unexplained": _unexplained,
+    "same-load-cases": lambda doubt: (
+        f"{_share(doubt)} load cases of the identification: that tests the noise, not the model; "
+        "measure other configurations"
+    ),
     "unlike-predicted": lambda doubt: (
         f"virtual campaigns of {doubt.about[0]}: the error found is "
         f"{number(doubt.numbers['ratio'])} times the predicted ρ₀"

@@ -66,5 +66,9 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         f"the robot has {doubt.numbers['joints']} joints: the position of the tool is corrected, "
         "not its orientation"
     ),
+    "taken-as-zero": lambda doubt: (
+        f"{', '.join(doubt.about)}: of no compliance in the model, as held at zero by a fit; what "
+        "they bend in truth is in none of these numbers"
+    ),
     "nothing-to-compensate": lambda _: "no load acts on the tool: there is nothing to compensate",
 }

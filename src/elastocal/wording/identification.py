@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -40,14 +40,33 @@ def _zero_in_interval(doubt: Doubt) -> str:
 def _carried(doubt: Doubt) -> str:
     several, ratio = len(doubt.because) > 1, doubt.numbers["error_ratio"]
     what, it = ("the repeated experiments", "them") if several else ("experiment", "it")
+    named = listed(doubt.because)
+    if several and "configuration" in doubt.numbers:
+        what, named = f"configuration {doubt.numbers['configuration']}", f"({_span(doubt.because)})"
     grows = (
         f"without {it} nothing is known of these joints"
         if np.isinf(ratio)
         else f"without {it} the standard errors are up to {short(ratio)} times as large"
     )
     return (
-        f"{listed(doubt.about)}: carried by {what} {listed(doubt.because)}; {grows}, and no other "
+        f"{listed(doubt.about)}: carried by {what} {named}; {grows}, and no other "
         f"load case checks {it}"
+    )
+
+
+def _span(names: Sequence[str]) -> str:
+    """'experiments 10 to 12' where they are numbered in a row, else their names."""
+    numbers = [int(name) for name in names if name.isascii() and name.isdigit()]
+    if len(names) > 2 and numbers == list(range(numbers[0], numbers[0] + len(names))):
+        return f"experiments {names[0]} to {names[-1]}"
+    return f"experiments {listed(names)}"
+
+
+def _by_chance(doubt: Doubt) -> str:
+    p = doubt.numbers["p_value"]
+    return (
+        f"repeats differ from the model as they do by chance in 1 of {1.0 / p:.0f} campaigns "
+        f"(p = {p:.2g}); one more configuration would tell"
     )
 
 
@@ -94,6 +113,7 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     "model-error": _model_error,
     "zero-in-interval": _zero_in_interval,
     "carried": _carried,
+    "by-chance": _by_chance,
     "correlated": lambda doubt: (
         f"{doubt.about[0]} and {doubt.about[1]}: correlated by "
         f"{doubt.numbers['correlation']:.3f}; their combination is known better than either"

@@ -58,6 +58,7 @@ class IdentificationFile(OpenSection):
     iterations: WholeNumber | None = None
     experiments: WholeNumber | None = None
     readings: WholeNumber | None = None
+    load_cases: list[dict[str, Any]] | None = None
 
 
 class DiagnosticsFile(OpenSection):

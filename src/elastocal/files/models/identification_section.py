@@ -6,7 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from elastocal.elastic.load_cases import LoadCases
 from elastocal.files.doubt_entries import doubt_entries
+from elastocal.files.plans.load_case_entries import load_case_entries
 from elastocal.identification.doubts import doubts
 from elastocal.identification.result import Identification
 from elastocal.identification.validation import Validation, summary
@@ -29,6 +31,7 @@ def identification_sections(found: Identification) -> dict[str, Any]:
             "iterations": found.iterations,
             "experiments": len(found.measurements.cases),
             "readings": len(found.measurements),
+            "load_cases": _load_cases(found),
         },
         "diagnostics": {
             "remarks": [worded(doubt) for doubt in weak],
@@ -58,6 +61,16 @@ def _named(found: Identification, values: list[Any]) -> dict[str, Any]:
     return dict(zip(found.identified, values, strict=True))
 
 
+def _load_cases(found: Identification) -> list[dict[str, Any]]:
+    """The distinct load cases; none of a list that is too long to help."""
+    cases = found.measurements.cases
+    first = np.unique(found.configuration, return_index=True)[1]
+    if len(first) > _MOST_CASES:
+        return []
+    return list(load_case_entries(found.arm.robot, LoadCases(cases.q[first], cases.wrench[first])))
+
+
+_MOST_CASES = 1000
 _MOST = 10_000  # experiments listed one by one; a longer list helps nobody
 
 
@@ -100,6 +113,7 @@ def validation_document(found: Validation) -> dict[str, Any]:
                 entry[f"{when}_{unit}"] = 1e3 * float(value)
     return {
         "kept_aside": found.kept_aside,
+        "repeated_load_cases": found.repeated,
         "experiments": len(data.cases),
         "readings": len(data),
         **sizes,

@@ -66,7 +66,20 @@ def pace_of(
             ),
         )
         for_robot(pace, robot, limits)  # for its errors
+        _refuse_held(pace.home, robot, limits)
         return pace
+
+
+def _refuse_held(home: Array, robot: Robot, limits: Array) -> None:
+    """Refuse a home (n,) where a joint is elsewhere than the study holds it."""
+    for joint, value, low, high in zip(robot.joints, home, *limits, strict=False):
+        if low == high and abs(value - low) > 1e-9:
+            scale, unit = joint.kind.shown
+            raise LocatedError(
+                (f"home_{joint.kind.key}",),
+                f"motion: home has {joint.name} at {scale * value:.6g}{unit}, but "
+                f"joint_limits_{joint.kind.key} holds it at {scale * low:.6g}{unit}",
+            )
 
 
 def _speed(motion: MotionFile, robot: Robot) -> Array:
