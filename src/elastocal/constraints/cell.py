@@ -103,9 +103,9 @@ def stands_upright(robot: Robot, gravity: ArrayLike = (0.0, 0.0, 0.0)) -> bool:
     if first == len(robot.joints) or -down[2] < _UPRIGHT * float(np.linalg.norm(down)):
         return False
     posture = Posture(robot, np.zeros((1, len(robot.joints))))
-    foot, shoulder = posture.origins[2, first, 0], posture.bodies[first + 1][3, :, 0]
-    turned = posture.bodies[first + 1][:3, :, 0]
-    shoulder = shoulder + robot.links[first + 1][:3, 3] @ turned
+    body = int(robot.place[first]) + 1
+    foot, shoulder = posture.origins[2, first, 0], posture.bodies[body][3, :, 0]
+    shoulder = shoulder + robot.links[body][:3, 3] @ posture.bodies[body][:3, :, 0]
     vertical = abs(posture.axes[2, first, 0]) >= _UPRIGHT
     high = max(foot, LINK_SHARE * reach_of(robot) + CollisionRules.margin)
     return bool(vertical and shoulder[2] >= high - 1e-3)

@@ -81,7 +81,7 @@ class LineOfSight(ViewConstraint):
 
     def _touches(self, solid: Solid, robot: Robot, at_rest: Posture) -> bool:
         """Whether a solid holds the marker or the head of the tracker."""
-        if solid.body == len(robot.joints):
+        if solid.body == robot.last:
             end, room = at_rest.point(self.point), NEAR_MARKER
         elif solid.body == 0:
             end, room = self.position[:, None], 0.0
@@ -192,7 +192,7 @@ class LineOfSight(ViewConstraint):
         share = dot(found.beam[:, k] - self.position[:, None], unit) / watched
         along = unit * dot(unit, normal)
         force = share * (along + (normal - along) * (watched / length))
-        flange = np.full(len(k), len(posture.q))
+        flange = np.full(len(k), posture.robot.last)
         solid = self._bodies[found.solid[k]]
         return posture.pull_carried(
             k, (point[:, k], flange, force), (found.second[:, k], solid, -normal)

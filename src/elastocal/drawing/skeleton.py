@@ -57,8 +57,10 @@ def skeletons(robot: Robot, tool: Tool, q: Array) -> tuple[Skeleton, ...]:
 
 def _skeleton(posture: Posture, ends: Array, i: int) -> Skeleton:
     """Skeleton of configuration `i`; `ends` (2 + M, 3): load point, TCP, markers [m]."""
-    axes, origins = posture.axes[:, :, i].T, posture.origins[:, :, i].T
-    starts = np.array([body[3, :, i] for body in posture.bodies[1 : len(axes) + 1]])
+    robot = posture.robot
+    m = robot.last
+    axes, origins = posture.all_axes[:, :m, i].T, posture.all_origins[:, :m, i].T
+    starts = np.array([body[3, :, i] for body in posture.bodies[1 : m + 1]])
     flange = posture.bodies[-1][3, :, i]
     arm = [np.zeros(3), origins[0]]
     for start, axis, end in zip(starts, axes, [*origins[1:], flange], strict=True):
@@ -70,8 +72,8 @@ def _skeleton(posture: Posture, ends: Array, i: int) -> Skeleton:
     return Skeleton(
         arm=_without_repeats(arm),
         tool=tuple(_without_repeats(_square(flange, axes[-1], end)) for end in distinct),
-        centres=starts,
-        axes=axes,
+        centres=starts[robot.place],
+        axes=axes[robot.place],
         load_point=ends[0],
         tcp=ends[1],
         markers=ends[2:],

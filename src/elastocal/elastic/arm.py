@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, freeze, frozen
-from elastocal.elastic.springs import VirtualJoints
+from elastocal.elastic.springs import VirtualJoints, merged
 from elastocal.robot.chain import Joint, Robot, T_body_joint, Tool, transform
 from elastocal.robot.shapes import BodyMass
 
@@ -54,21 +54,51 @@ class ElasticArm:
 
     @cached_property
     def bent_by(self) -> tuple[IntArray, Array]:
-        """(T,) joints of the chain and its followers that springs displace, and (T, p) how far.
-
-        The p joints that carry the springs come first, so the first p rows are the identity.
-        """
+        """(T,) joints of `chain.moving` that springs displace, in order, and (T, p) how far."""
         share = self.chain.mixing[:, self.sprung]
-        follow = np.arange(len(self.chain.joints), len(share))
-        follow = follow[np.any(share[follow] != 0.0, axis=1)]
-        joints = np.concatenate([self.sprung, follow])
+        joints = np.flatnonzero(np.any(share != 0.0, axis=1))
         return frozen(joints, np.int64), frozen(share[joints])
 
     @cached_property
-    def _sprung_chain(self) -> tuple[Robot, IntArray, IntArray]:
+    def twists(self) -> tuple[VirtualJoints, IntArray, Array | None]:
+        """The T unit twists by which springs move the tip of the rigid arm, and how.
+
+        Returns:
+            The springs, with the joints of the chain that follow a joint with a spring; (T,) which
+            of `robot.moving` has the axis, -1 if none has; (T, p) their way for a unit
+            displacement of each spring, None if no joint follows and it is the identity.
+        """
+        robot, springs = self.robot, self.springs
+        at = np.where(springs.joint >= 0, robot.place[springs.joint], -1)
+        if not robot.follows:
+            return springs, frozen(at, np.int64), None
+        way = robot.mixing[: robot.last, springs.joint] * (springs.joint >= 0)
+        way[robot.place] = 0.0
+        more = np.flatnonzero(np.any(way != 0.0, axis=1))
+        follow = VirtualJoints(
+            names=tuple(f"with {robot.moving[k].name}" for k in more),
+            body=more,
+            axis=robot.links[more, :3, 2],
+            origin=robot.links[more, :3, 3],
+            prismatic=robot.sliding[more],
+        )
+        twists = merged(springs, follow)
+        rows = {name: i for i, name in enumerate((*springs.names, *follow.names))}
+        order = [rows[name] for name in twists.names]
+        share = np.concatenate([np.eye(len(springs)), way[more]])[order]
+        return twists, frozen(np.append(at, more)[order], np.int64), frozen(share)
+
+    @property
+    def numbers(self) -> IntArray:
+        """(n + F + 1,) numbers that the bodies of the robot have in the chain."""
+        return self._sprung_chain[3]
+
+    @cached_property
+    def _sprung_chain(self) -> tuple[Robot, IntArray, IntArray, IntArray]:
         # Made when first asked for: the linear model does without.
-        chain, actuated, sprung = _chain(self.robot, self.springs)
-        return chain, frozen(actuated, np.int64), frozen(sprung, np.int64)
+        chain, *indices = _chain(self.robot, self.springs)
+        actuated, sprung, numbers = (frozen(found, np.int64) for found in indices)
+        return chain, actuated, sprung, numbers
 
     @property
     def sags(self) -> bool:
@@ -83,40 +113,50 @@ class ElasticArm:
         return joints
 
 
-def _chain(robot: Robot, springs: VirtualJoints) -> tuple[Robot, list[int], list[int]]:
+def _chain(robot: Robot, springs: VirtualJoints) -> tuple[Robot, list[int], list[int], list[int]]:
     """The robot with a further joint for every spring that is not in a joint."""
     extra = np.flatnonzero(springs.joint < 0)
     n = len(robot.joints)
     if not len(extra):
-        return robot, list(range(n)), [int(j) for j in springs.joint]
+        return robot, list(range(n)), [int(j) for j in springs.joint], list(range(robot.bodies))
     joints: list[Joint] = []
     actuated: list[int] = []
     sprung = np.zeros(len(springs), dtype=np.int64)
+    way: list[str] = []
+    number = [0]  # of each body among those of the new chain
+    own = {follower.joint.name: follower for follower in robot.followers}
     undo: Array = np.eye(4, dtype=float)  # from the frame of the body to the joint inserted last
-    for body in range(n + 1):
+    for body in range(robot.last + 1):
         # Springs are given in the body's own frame, joints in the frame of the file.
-        own = np.linalg.inv(T_body_joint(robot, body))
+        inverse = np.linalg.inv(T_body_joint(robot, body))
         for s in extra[springs.body[extra] == body]:
-            place = own @ transform(None, springs.origin[s])
+            place = inverse @ transform(None, springs.origin[s])
             axis = springs.axis[s]
             name = f"spring {springs.names[s]}"
             joints.append(Joint(name, undo @ place, axis, bool(springs.prismatic[s])))
             sprung[s] = len(joints) - 1
+            way.append(name)
             undo = np.asarray(np.linalg.inv(place), dtype=float)
-        if body < n:
-            joint = robot.joints[body]
-            actuated.append(len(joints))
-            joints.append(replace(joint, T_parent_joint=undo @ joint.T_parent_joint))
+        if body < robot.last:
+            joint = robot.moving[body]
+            joint = replace(joint, T_parent_joint=undo @ joint.T_parent_joint)
+            if joint.name in own:
+                own[joint.name] = replace(own[joint.name], joint=joint)
+            else:
+                actuated.append(len(joints))
+                joints.append(joint)
+            way.append(joint.name)
+            number.append(len(way))
             undo = np.eye(4)
     in_joint = springs.joint >= 0
     sprung[in_joint] = np.array(actuated)[springs.joint[in_joint]]
-    later = len(joints) - n  # by which followers, which come behind, move on in the row of bodies
-    number = [0, *(i + 1 for i in actuated), *range(n + later + 1, robot.bodies + later)]
+    number += range(len(way) + 1, len(way) + 1 + robot.bodies - len(number))
     chain = Robot(
         robot.name,
         tuple(joints),
         undo @ robot.T_tip_flange,
-        followers=tuple(replace(f, carrier=number[f.carrier]) for f in robot.followers),
+        followers=tuple(replace(f, carrier=number[f.carrier]) for f in own.values()),
+        chain=tuple(way),
     )
     masses = []
     for mass in robot.masses:
@@ -124,4 +164,4 @@ def _chain(robot: Robot, springs: VirtualJoints) -> tuple[Robot, list[int], list
         if body:  # the frames of both robots stand on the same axis
             center[2] += robot.shifts[mass.body - 1] - chain.shifts[body - 1]
         masses.append(BodyMass(body, mass.mass, center, mass.name))
-    return replace(chain, masses=tuple(masses)), actuated, [int(j) for j in sprung]
+    return replace(chain, masses=tuple(masses)), actuated, [int(j) for j in sprung], number

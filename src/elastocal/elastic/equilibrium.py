@@ -151,22 +151,24 @@ def _linearise(
             row[~carries[: j + 1]] = 0.0  # those on another branch
             slope[: j + 1, j] += row
             slope[j, :j] += row[:-1]
-    if len(joints) > p:
-        effort = share.T @ effort
-        slope = np.einsum("si,stN,tj->ijN", share, slope, share)
-        axes, origins, slides, turns = axes[:, :p], origins[:, :p], slides[:p], turns[:, :p]
+    tip = arm.chain.carries[arm.chain.last, joints]
+    turns[:, ~tip] = 0.0  # from here on what turns the flange
     moment = wrench.T[3:, None]
     if moment.any():
         effort += dot(turns, moment)
-        for j in range(p):
+        for j in range(len(joints)):
             # A moment that keeps its direction turns no axis but those beyond spring j.
             slope[j + 1 :, j] += dot(cross(turns[:, j, None], turns[:, j + 1 :]), moment)
+    points = [posture.point(marker) for marker in arm.tool.markers]
+    given = [velocities(axes, point[:, None] - origins, slides) for point in points]
+    if len(joints) > p:
+        effort, slope = share.T @ effort, np.einsum("si,stN,tj->ijN", share, slope, share)
+        along = share * tip[:, None]
+        turns, *given = (np.einsum("tp,ctN->cpN", along, each) for each in (turns, *given))
     k = compliance.T
     tangent = np.eye(p)[..., None] - k[:, None] * slope
     right = np.concatenate([(k * effort - displacement.T)[:, None], _diagonal(effort)], axis=1)
     solved = _solved(tangent.transpose(2, 0, 1), right.transpose(2, 0, 1))
-    points = [posture.point(marker) for marker in arm.tool.markers]
-    given = [velocities(axes, point[:, None] - origins, slides) for point in points]
     return Linearisation(
         step=solved[:, :, 0],
         slope=solved[:, :, 1:],
@@ -183,7 +185,7 @@ def _loads(
 ) -> list[tuple[Array, Array, BoolArray]]:
     """Point (3, N), force (3, N or 1), and which (T,) springs and followers bear it, for each."""
     carries = arm.chain.carries[:, arm.bent_by[0]]
-    tip = carries[len(arm.chain.joints)]
+    tip = carries[arm.chain.last]
     loads = [(posture.point(arm.tool.load_point), wrench.T[:3], tip)]
     if arm.sags:
         for body in arm.chain.masses:

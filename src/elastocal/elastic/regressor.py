@@ -93,11 +93,11 @@ class Regressor:
         points: Distinct points of the tool in the flange frame, the load point first [m].
         markers: Which of them each marker is.
         at: Where each of them is, (3, 1, N) [m].
-        arms: From the axes to each of them, (3, p, N) [m].
+        arms: From the axes to each of them, (3, T, N) [m].
         velocities: What a unit speed of every virtual joint gives each of them, (3, p, N).
-        axes: (3, p, N) axes of the virtual joints.
-        turns: The same, zero for those that slide.
-        sliding: (p,) which slide; None if none does, so that nothing is masked.
+        axes: (3, T, N) axes of the twists that springs displace, mostly one each.
+        turns: (3, p, N) how the springs turn the flange, zero for those that slide.
+        sliding: (T,) which twists slide; None if none does, so that nothing is masked.
         force: (3, 1, N) force [N].
         moment: (3, 1, N) moment [N·m], left out of the sums if `has_moment` is false.
         generalised_force: (p, N) y of eq. 2, what the wrench exerts on every virtual joint.
@@ -115,17 +115,19 @@ class Regressor:
             rotation: Append the three rotation rows of the flange body (paper eq. 8), whether
                 the tool asks for them or not.
         """
-        self.posture, self.springs = posture, arm.springs
+        self.posture = posture
+        self.springs, self._joint, self._share = arm.twists
         self.rotation = rotation = rotation or arm.tool.rotation
         self.force, self.moment = wrench.T[:3, None], wrench.T[3:, None]
         self.points, self.markers = _distinct_points(arm.tool)
-        self.sliding = arm.springs.prismatic if arm.springs.prismatic.any() else None
+        self.sliding = self.springs.prismatic if self.springs.prismatic.any() else None
         self.has_moment = bool(np.any(self.moment))
         self.axes, origins = self._twists()
-        self.turns = self._turning(self.axes)
+        self.turns = self._combined(self._turning(self.axes))
         self.at = [posture.point(local)[:, None] for local in self.points]
         self.arms = [at - origins for at in self.at]
-        self.velocities = [velocities(self.axes, arm, self.springs.prismatic) for arm in self.arms]
+        slides = self.springs.prismatic
+        self.velocities = [self._combined(velocities(self.axes, arm, slides)) for arm in self.arms]
         y = dot(self.velocities[_LOAD], self.force)
         if self.has_moment:
             y += dot(self.turns, self.moment)
@@ -152,9 +154,9 @@ class Regressor:
         axis_bar = None
         if self.rotation:
             y_bar = y_bar + dot(self.turns, cotangent[-3:])
-            axis_bar = self._turning(cotangent[-3:] * y)
+            axis_bar = self._turning(self._spread(cotangent[-3:] * y))
         if self.has_moment:
-            moment = self._turning(y_bar * self.moment)
+            moment = self._turning(self._spread(y_bar * self.moment))
             axis_bar = moment if axis_bar is None else axis_bar + moment
         velocity_bars: list[Array | None] = [None] * len(self.points)
         velocity_bars[_LOAD] = y_bar * self.force
@@ -164,7 +166,8 @@ class Regressor:
         wrench_bar = np.concatenate(
             [(self.velocities[_LOAD] * y_bar).sum(axis=1), (self.turns * y_bar).sum(axis=1)]
         )
-        return self._pull_points(velocity_bars, axis_bar), wrench_bar
+        spread = [None if bar is None else self._spread(bar) for bar in velocity_bars]
+        return self._pull_points(spread, axis_bar), wrench_bar
 
     def _pull_points(self, velocity_bars: list[Array | None], axis_bar: Array | None) -> Array:
         """Gradient in q from gradients in the velocities of the points and in the axes.
@@ -172,8 +175,9 @@ class Regressor:
         Joint k turns every twist it carries, and moves the point as seen from every twist that
         it does not carry: a sum over the twists beyond it and a sum over those before it.
         """
-        posture = self.posture
-        slides = posture.robot.prismatic
+        posture, m = self.posture, self.posture.robot.last
+        axes, origins = posture.all_axes[:, :m], posture.all_origins[:, :m]
+        slides = posture.robot.sliding[:m]
         carried = np.searchsorted(self.springs.body, np.arange(1, len(slides) + 1))
         turned: Array | None = None
         pulled: Array | None = None
@@ -188,7 +192,7 @@ class Regressor:
             turn = cross(arm, arm_bar)
             turned = turn if turned is None else turned + turn
             force = _sums_before(arm_bar)[:, carried]
-            pull = cross(at - posture.origins, force)
+            pull = cross(at - origins, force)
             if slides.any():
                 pull[:, slides] = force[:, slides]
             pulled = pull if pulled is None else pulled + pull
@@ -201,13 +205,29 @@ class Regressor:
         if slides.any():
             beyond[:, slides] = 0.0
         pulled += beyond
-        return dot(posture.axes, pulled)
+        pulled_along = dot(axes, pulled)
+        if posture.robot.follows:
+            return np.asarray(posture.robot.mixing[:m].T @ pulled_along)
+        return pulled_along
+
+    def _combined(self, vectors: Array) -> Array:
+        """(3, p, N) for the springs of what is (3, T, N) for the twists they displace."""
+        if self._share is None:
+            return vectors
+        return np.einsum("tp,ctN->cpN", self._share, vectors)
+
+    def _spread(self, vectors: Array) -> Array:
+        """(3, T, N) gradients for the twists of what is (3, p, N) for the springs."""
+        if self._share is None:
+            return vectors
+        return np.einsum("tp,cpN->ctN", self._share, vectors)
 
     def _twists(self) -> tuple[Array, Array]:
         """Axes and origins of the virtual joints in the base frame, (3, p, N) each."""
         springs, count = self.springs, self.posture.count
-        if (springs.joint >= 0).all():
-            return self.posture.axes[:, springs.joint], self.posture.origins[:, springs.joint]
+        if (self._joint >= 0).all():
+            posture = self.posture
+            return posture.all_axes[:, self._joint], posture.all_origins[:, self._joint]
         axes = np.empty((3, len(springs), count))
         origins = np.empty((3, len(springs), count))
         for j, body in enumerate(springs.body):

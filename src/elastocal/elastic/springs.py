@@ -19,7 +19,7 @@ class VirtualJoints:
 
     Attributes:
         names: p names.
-        body: (p,) number of actuated joints that move the twist: 0 is the base.
+        body: (p,) number of the body of the chain that carries the twist: 0 is the base.
         axis: (p, 3) axis in the frame of that body.
         origin: (p, 3) point on the axis in the frame of that body [m].
         prismatic: (p,) True for a linear spring [m/N], False for an angular one [rad/(N·m)].
@@ -60,9 +60,9 @@ def joint_springs(robot: Robot, names: Sequence[str] | None = None) -> VirtualJo
     wanted = sorted(robot.index(robot.joint_names if names is None else names))
     return VirtualJoints(
         names=tuple(robot.joint_names[i] for i in wanted),
-        body=np.array(wanted),
-        axis=np.array([robot.links[i][:3, 2] for i in wanted]).reshape(-1, 3),
-        origin=np.array([robot.links[i][:3, 3] for i in wanted]).reshape(-1, 3),
+        body=robot.place[wanted],
+        axis=robot.links[robot.place[wanted], :3, 2],
+        origin=robot.links[robot.place[wanted], :3, 3],
         prismatic=robot.prismatic[wanted],
         joint=np.array(wanted),
     )

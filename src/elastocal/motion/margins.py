@@ -130,7 +130,7 @@ def relative_speed(robot: Robot, pairs: Pairs, starts: Array, goals: Array) -> A
             while body and not shared[body - 1]:
                 speed[p] += way[body - 1] * (1.0 if slides[body - 1] else arm)
                 arm = arm + travel[body - 1] + lengths[body - 1]
-                body = robot.carrier(body)
+                body = int(robot.carriers[body])
     return speed
 
 

@@ -44,7 +44,9 @@ def from_one_side(
     for j, joint in enumerate(space.arm.robot.joints):
         held = space.limits[0, j] == space.limits[1, j]
         axis = _fixed_axis(space.arm.robot, cases.q, j)
-        if joint.prismatic or held or joint.name in free or axis is None or _weighs(space, axis):
+        leads = any(follower.leader == joint.name for follower in space.arm.robot.followers)
+        weighs = axis is not None and (_weighs(space, axis) or (leads and space.arm.sags))
+        if joint.prismatic or held or joint.name in free or axis is None or weighs:
             continue
         turns = [_turned(cases, j, axis, np.full(len(cases), turn)) for turn in _TRIED]
         if all(same_worth(space, cases, turned, j) for turned in turns):

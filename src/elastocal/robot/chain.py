@@ -1,9 +1,9 @@
 """Robot: a serial chain of revolute and prismatic joints, as data, and its tools.
 
 A robot is data: fixed transforms, joint axes, limits. What follows from it, such as forward
-kinematics and Jacobians, is in `posture.py`. Beside the chain there may be links that follow a
-joint of it, such as the rods of a parallelogram: so the value of every joint, that of a follower
-too, is an affine function of the n joint values.
+kinematics and Jacobians, is in `posture.py`. There may be joints that follow another one, on the
+chain as in a hollow wrist, or beside it as the rods of a parallelogram: so the value of every
+joint, that of a follower too, is an affine function of the n joint values.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from elastocal.arrays import Array, BoolArray, freeze, unset
+from elastocal.arrays import Array, BoolArray, IntArray, freeze, unset
 from elastocal.errors import InputError
 from elastocal.robot.joint_kinds import JointKind, kind_of
-from elastocal.robot.rotations import frame_about
+from elastocal.robot.rotations import frame_about, from_rotation_vectors
 from elastocal.robot.shapes import BodyMass, Shape
 
 
@@ -84,12 +84,13 @@ def outside(joint: Joint, value: float) -> str:
 
 @dataclass(frozen=True)
 class Follower:
-    """A joint beside the chain that does not move on its own: factor · leader + offset.
+    """A joint that does not move on its own: factor · leader + offset.
 
     Attributes:
         joint: The joint; its limits are not used.
-        carrier: Body that carries it: 0 to n of the chain, or that of a follower before it.
-        leader: Name of the joint of the chain that it follows.
+        carrier: Number of the body that carries it, which comes before its own; not used if it
+            stands on the chain.
+        leader: Name of the joint that it follows, which moves on its own.
         factor: Its way for a unit way of the leader [its unit over that of the leader].
         offset: Its value where the leader is at zero [rad or m].
     """
@@ -164,8 +165,8 @@ class Tool:
 class Robot:
     """A serial chain from the base to the flange, and what moves along with it.
 
-    Its bodies are numbered: 0 is the base, 1 to n are moved by the joints, n + 1 to n + F by the
-    followers.
+    Its bodies are numbered: 0 is the base, 1 to m are moved by the joints of the chain in order,
+    followers among them, m + 1 to n + F by followers beside it. Without followers m is n.
 
     Attributes:
         name: Name of the robot.
@@ -177,13 +178,17 @@ class Robot:
         collisions: Shapes that must not touch.
         remarks: Sentences on what was left out or assumed when the robot was read from a file.
         sha256: Hash of that file, empty if there is none.
-        followers: The F joints beside the chain that follow joints of it.
-        links: Transforms of the chain in normal form, (n + 1, 4, 4); made here.
+        followers: The F joints that follow others.
+        chain: Names of the m joints from base to flange, followers included; empty if none is.
+        links: Transforms of the chain in normal form, (m + 1, 4, 4); made here.
         shifts: (n + F,) how far along their axes the frames of the bodies stand from those of the
             joints [m]: zero, unless frames run far out and back; made here.
-        branches: Transforms from their carriers to the followers in normal form, (F, 4, 4).
-        mixing: (n + F, n) ways of all joints for unit ways of the n; the identity, then factors.
-        standing: (n + F,) values of all joints where the n are at zero [rad or m].
+        branches: Transforms from their carriers to the followers beside the chain, in normal form.
+        moving: The n + F joints that move the bodies 1 to n + F.
+        place: (n,) where the joints that move on their own are among those.
+        mixing: (n + F, n) ways of all joints that move for unit ways of the n.
+        standing: (n + F,) their values where the n are at zero [rad or m].
+        carriers: (n + F + 1,) number of the body that carries the joint of each body.
         carries: (n + F + 1, n + F) which joints move each body.
     """
 
@@ -197,25 +202,31 @@ class Robot:
     remarks: tuple[str, ...] = ()
     sha256: str = ""
     followers: tuple[Follower, ...] = ()
+    chain: tuple[str, ...] = ()
     links: Array = field(init=False, repr=False)
     shifts: Array = field(init=False, repr=False)
     branches: Array = field(init=False, repr=False)
+    moving: tuple[Joint, ...] = field(init=False, repr=False)
+    place: IntArray = field(init=False, repr=False)
     mixing: Array = field(init=False, repr=False)
     standing: Array = field(init=False, repr=False)
+    carriers: IntArray = field(init=False, repr=False)
     carries: BoolArray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         if not self.joints:
             raise InputError(f"robot {self.name!r}: it has no joints")
-        if len(self.moving) > _MOST_JOINTS:
+        count = len(self.joints) + len(self.followers)
+        if count > _MOST_JOINTS:
             raise InputError(
-                f"robot {self.name!r}: {len(self.moving)} joints that move, more than the "
-                f"{_MOST_JOINTS} that are treated; choose 'base' and 'tip' nearer to each other"
+                f"robot {self.name!r}: {count} joints that move, more than the {_MOST_JOINTS} that "
+                "are treated; choose 'base' and 'tip' nearer to each other"
             )
-        names = Counter(joint.name for joint in self.moving)
-        repeated = sorted(name for name, count in names.items() if count > 1)
+        names = Counter((*self.joint_names, *(f.joint.name for f in self.followers)))
+        repeated = sorted(name for name, times in names.items() if times > 1)
         if repeated:
             raise InputError(f"robot {self.name!r}: joint name {repeated[0]!r} is used twice")
+        object.__setattr__(self, "moving", _moving(self))
         parts: list[BodyMass | Shape] = [*self.masses, *self.visuals, *self.collisions]
         for part in parts:
             if not 0 <= part.body < self.bodies:
@@ -223,37 +234,48 @@ class Robot:
                     f"robot {self.name!r}: {part.name!r} belongs to body {part.body}, but the "
                     f"bodies are 0 to {self.bodies - 1}"
                 )
+        way = {*self.way}
+        beside = [f for f in self.followers if f.joint.name not in way]
+        carriers = [0, *range(self.last), *(follower.carrier for follower in beside)]
+        freeze(self, carriers=carriers, dtype=np.int64)
         freeze(self, carries=_carries(self), dtype=np.bool_)
-        links, shifts = _normal_form(self.joints, self.T_tip_flange)
-        shifts = np.append(shifts, np.zeros(len(self.followers)))
+        links, shifts = _normal_form(self.moving[: self.last], self.T_tip_flange)
+        shifts = np.append(shifts, np.zeros(len(beside)))
         freeze(self, "T_tip_flange", links=links, shifts=shifts)
-        freeze(self, branches=np.reshape([_branch(self, f) for f in self.followers], (-1, 4, 4)))
-        leaders = self.index([follower.leader for follower in self.followers])
-        factors = [follower.factor for follower in self.followers]
-        mixing = np.vstack([np.eye(len(self.joints)), np.zeros((len(leaders), len(self.joints)))])
-        mixing[len(self.joints) + np.arange(len(leaders)), leaders] = factors
-        offsets = [follower.offset for follower in self.followers]
-        freeze(self, mixing=mixing, standing=[0.0] * len(self.joints) + offsets)
+        freeze(self, branches=np.reshape([_branch(self, f) for f in beside], (-1, 4, 4)))
+        at = {joint.name: i for i, joint in enumerate(self.moving)}
+        freeze(self, place=[at[name] for name in self.joint_names], dtype=np.int64)
+        mixing, standing = np.zeros((count, len(self.joints))), np.zeros(count)
+        mixing[self.place, np.arange(len(self.joints))] = 1.0
+        for follower in self.followers:
+            mixing[at[follower.joint.name], self.index([follower.leader])[0]] = follower.factor
+            standing[at[follower.joint.name]] = follower.offset
+        freeze(self, mixing=mixing, standing=standing)
 
     @property
-    def moving(self) -> tuple[Joint, ...]:
-        """The n + F joints that move bodies 1 to n + F: those of the chain, then followers."""
-        return (*self.joints, *(follower.joint for follower in self.followers))
+    def way(self) -> tuple[str, ...]:
+        """Names of the m joints from base to flange."""
+        return self.chain or self.joint_names
 
     @property
     def bodies(self) -> int:
         """Number of bodies, the base included."""
-        return 1 + len(self.joints) + len(self.followers)
+        return 1 + len(self.moving)
+
+    @property
+    def last(self) -> int:
+        """Number m of the last body of the chain, which carries the flange."""
+        return len(self.chain or self.joints)
+
+    @property
+    def follows(self) -> bool:
+        """Whether a joint of the chain follows another, so that m is more than n."""
+        return self.last > len(self.joints)
 
     @property
     def sliding(self) -> BoolArray:
-        """(n + F,) which joints slide, followers included."""
+        """(n + F,) which of the joints that move slide."""
         return np.array([joint.prismatic for joint in self.moving])
-
-    def carrier(self, body: int) -> int:
-        """The body that carries the joint that moves `body`, from 1 to n + F."""
-        n = len(self.joints)
-        return body - 1 if body <= n else self.followers[body - n - 1].carrier
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -306,6 +328,14 @@ def transform(
     return matrix
 
 
+def moved(joint: Joint, value: float) -> Array:
+    """(4, 4) what a joint does at a value [rad or m], in its own frame."""
+    way = value * joint.axis
+    if joint.prismatic:
+        return transform(None, way)
+    return transform(from_rotation_vectors(way[None])[0])
+
+
 def T_body_joint(robot: Robot, body: int) -> Array:
     """(4, 4) frame of a joint, moved with its joint, seen from the frame of the body it moves.
 
@@ -339,6 +369,21 @@ def _normal_form(joints: tuple[Joint, ...], T_tip_flange: Array) -> tuple[Array,
     return _drawn_in(np.array(links), ~np.array([joint.prismatic for joint in joints]))
 
 
+def _moving(robot: Robot) -> tuple[Joint, ...]:
+    """The joints of the chain in order, then those beside it."""
+    known = {joint.name: joint for joint in robot.joints}
+    known |= {follower.joint.name: follower.joint for follower in robot.followers}
+    names = {joint.name for joint in robot.joints}
+    own = tuple(name for name in robot.way if name in names)
+    if own != robot.joint_names or len({*robot.way} & {*known}) != robot.last:
+        raise InputError(
+            f"robot {robot.name!r}: its chain must name its joints in order, with followers between"
+        )
+    on_chain = {*robot.way}
+    beside = (f.joint for f in robot.followers if f.joint.name not in on_chain)
+    return (*(known[name] for name in robot.way), *beside)
+
+
 def _branch(robot: Robot, follower: Follower) -> Array:
     """Transform from the carrier of a follower to it, in normal form."""
     joint = follower.joint
@@ -350,7 +395,7 @@ def _carries(robot: Robot) -> BoolArray:
     """(n + F + 1, n + F) which joints move each body: its own, and those that move its carrier."""
     found = np.zeros((robot.bodies, robot.bodies - 1), dtype=bool)
     for body in range(1, robot.bodies):
-        carrier = robot.carrier(body)
+        carrier = int(robot.carriers[body])
         if not 0 <= carrier < body:
             raise InputError(
                 f"robot {robot.name!r}: {robot.moving[body - 1].name!r} is carried by body "

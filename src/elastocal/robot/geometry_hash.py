@@ -6,7 +6,7 @@ import hashlib
 
 import numpy as np
 
-from elastocal.robot.chain import Robot
+from elastocal.robot.chain import Robot, moved
 
 _DIGITS = 9  # of a metre and of a direction: far below what is built, far above rounding
 
@@ -19,7 +19,8 @@ def geometry_hash(robot: Robot) -> str:
     Source: ours; a line is its direction and its moment about the origin, to nine digits.
     """
     T, lines = np.eye(4), []
-    for joint in robot.joints:
+    follows = {follower.joint.name: follower for follower in robot.followers}
+    for joint, stands in zip(robot.moving[: robot.last], robot.standing, strict=False):
         T = T @ joint.T_parent_joint
         direction = T[:3, :3] @ joint.axis
         # What slides has a direction only.
@@ -27,4 +28,7 @@ def geometry_hash(robot: Robot) -> str:
         numbers = np.round([*direction, *moment], _DIGITS) + 0.0  # no minus before zero
         values = " ".join(f"{v:.{_DIGITS}f}" for v in numbers)
         lines.append(f"{joint.name} {joint.kind.name} {values}\n")
+        if follower := follows.get(joint.name):
+            T = T @ moved(joint, float(stands))
+            lines.append(f"{follower.factor:.{_DIGITS}f} of {follower.leader}\n")
     return hashlib.sha256("".join(lines).encode()).hexdigest()

@@ -180,8 +180,7 @@ def _state(robot: Robot, q: Array, point: Array, targets: Array) -> tuple[Array,
     missing = rotation_vectors(targets[:, :3, :3] @ rotation)
     columns = np.zeros((len(q), 6, len(robot.joints)))
     columns[:, :3] = posture.point_jacobian(at).transpose(2, 0, 1)
-    turning = ~robot.prismatic
-    columns[:, 3:, turning] = posture.axes[:, turning].transpose(2, 0, 1)
+    columns[:, 3:] = posture.turns.transpose(2, 0, 1)
     return np.hstack([targets[:, :3, 3] - at.T, missing]), columns
 
 

@@ -25,7 +25,7 @@ class Posture:
         q: (n, N) configurations [rad or m].
         axes: (3, n, N) joint axes in the base frame.
         origins: (3, n, N) points on the joint axes [m].
-        all_axes: (3, n + F, N) the same with those of followers behind.
+        all_axes: (3, n + F, N) axes of all joints that move, as in `robot.moving`.
         all_origins: (3, n + F, N) likewise.
         bodies: n + F + 2 arrays (4, 3, N): base, bodies after each joint and follower, flange.
     """
@@ -35,22 +35,20 @@ class Posture:
         q = np.asarray(q, dtype=float).T
         self.q = q
         n, count = q.shape
+        last, carriers = robot.last, robot.carriers.tolist()
         self.robot = robot
         values = q
         if robot.followers:
             values = robot.mixing @ q + robot.standing[:, None]
         self.all_axes = np.empty((3, len(values), count))
         self.all_origins = np.empty((3, len(values), count))
-        self.axes, self.origins = self.all_axes[:, :n], self.all_origins[:, :n]
         cosine, sine = np.cos(values), np.sin(values)
         body = np.zeros((4, 3, count))
         body[0, 0] = body[1, 1] = body[2, 2] = 1.0
         self.bodies = [body]
         for i, joint in enumerate(robot.moving):
-            if i < n:
-                frame = _attached(robot.links[i], body)
-            else:
-                frame = _attached(robot.branches[i - n], self.bodies[robot.carrier(i + 1)])
+            link = robot.links[i] if i < last else robot.branches[i - last]
+            frame = _attached(link, self.bodies[carriers[i + 1]])
             self.all_axes[:, i], self.all_origins[:, i] = frame[2], frame[3]
             body = np.empty_like(frame)
             body[2] = frame[2]
@@ -65,7 +63,9 @@ class Posture:
                 body[1] -= frame[0]
                 body[3] = frame[3]
             self.bodies.append(body)
-        self.bodies.append(_attached(robot.links[n], self.bodies[n]))
+        own = robot.place if robot.follows else slice(n)
+        self.axes, self.origins = self.all_axes[:, own], self.all_origins[:, own]
+        self.bodies.append(_attached(robot.links[last], self.bodies[last]))
         self._points: dict[tuple[int, bytes], Array] = {}
         self._jacobians: list[tuple[Array, Array]] = []
 
@@ -91,7 +91,11 @@ class Posture:
         for known, velocity in self._jacobians:
             if known is point:  # constraints and instrument ask for the same marker
                 return velocity
-        velocity = velocities(self.axes, point[:, None] - self.origins, self.robot.prismatic)
+        m = self.robot.last
+        axes, origins = self.all_axes[:, :m], self.all_origins[:, :m]
+        velocity = velocities(axes, point[:, None] - origins, self.robot.sliding[:m])
+        if self.robot.follows:
+            velocity = np.einsum("mj,cmN->cjN", self.robot.mixing[:m], velocity)
         self._jacobians.append((point, velocity))
         return velocity
 
@@ -119,9 +123,17 @@ class Posture:
 
     def pull_direction(self, direction: Array, cotangent: Array) -> Array:
         """(n, N) gradient in q of a scalar with gradient `cotangent` in a flange direction."""
-        gradient = dot(self.axes, cross(direction, cotangent)[:, None])
-        gradient[self.robot.prismatic] = 0.0
-        return gradient
+        return dot(self.turns, cross(direction, cotangent)[:, None])
+
+    @property
+    def turns(self) -> Array:
+        """(3, n, N) angular velocity of the flange for a unit velocity of each joint."""
+        m = self.robot.last
+        turns = self.all_axes[:, :m].copy()
+        turns[:, self.robot.sliding[:m]] = 0.0
+        if self.robot.follows:
+            turns = np.einsum("mj,cmN->cjN", self.robot.mixing[:m], turns)
+        return turns
 
 
 def flange_axes(posture: Posture) -> Array:
@@ -152,9 +164,8 @@ def jacobian(robot: Robot, q: Array, point: Array | None = None) -> Array:
     posture = Posture(robot, q)
     at = posture.point(np.zeros(3) if point is None else np.asarray(point, dtype=float))
     result = np.zeros((posture.count, 6, len(robot.joints)))
-    turning = ~robot.prismatic
     result[:, :3, :] = posture.point_jacobian(at).transpose(2, 0, 1)
-    result[:, 3:, turning] = posture.axes[:, turning].transpose(2, 0, 1)
+    result[:, 3:, :] = posture.turns.transpose(2, 0, 1)
     return result
 
 

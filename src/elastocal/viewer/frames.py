@@ -24,8 +24,7 @@ def bent_frames(arm: ElasticArm, q: Array, displacement: Array) -> Array:
     A body is shown as a whole, beyond the spring of its joint and before those of its link.
     """
     bodies = Posture(arm.chain, arm.bent(q[None], displacement[None])).bodies
-    own = [bodies[0], *(bodies[int(joint) + 1] for joint in arm.actuated)]
-    return _stacked([*own, *bodies[len(arm.chain.joints) + 1 :]])
+    return _stacked([*(bodies[number] for number in arm.numbers.tolist()), bodies[-1]])
 
 
 def magnified(idle: Array, displacement: Array, factor: float) -> Array:

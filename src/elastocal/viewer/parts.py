@@ -107,17 +107,17 @@ def chain_parts(robot: Robot) -> tuple[Part, ...]:
     stands, as in the pictures of the report. A sliding joint gets the rail it slides on.
     """
     size = reach_of(robot)
-    n = len(robot.joints)
+    n = robot.last
     taper = np.linspace(1.0, 0.6, n + 1)
     found = []
     for body in range(n + 1):
         thick = 0.026 * size * float(taper[body])
         end = np.array(robot.links[body][:3, 3])
         link = _tubes(_square(end), thick)
-        name = robot.joint_names[body - 1] if body else "base"
+        name = robot.moving[body - 1].name if body else "base"
         if body:
-            drum = _drum(robot.joints[body - 1], robot.links[body - 1], 1.45 * thick)
-            drum_body = body - 1 if robot.joints[body - 1].prismatic else body
+            drum = _drum(robot.moving[body - 1], robot.links[body - 1], 1.45 * thick)
+            drum_body = body - 1 if robot.moving[body - 1].prismatic else body
             found.append(Part(f"joint {name}", drum_body, drum, colour("muted")))
         if len(link.triangles):
             found.append(Part(f"link {name}", body, link, _PLAIN))

@@ -109,7 +109,6 @@ BROKEN: dict[str, tuple[str | tuple[str, str], list[str]]] = {
     "millimetres": (('xyz="0.5 0 0"', 'xyz="500 0 0"'), ["reaches 500 m", "millimetres"]),
     "floating": (('type="revolute"', 'type="floating"'), ["line 8", "floating", "'upper'"]),
     "planar": (('type="revolute"', 'type="planar"'), ["line 8", "planar"]),
-    "mimic": ((J2_LIMIT, J2_LIMIT + '<mimic joint="J1"/>'), ["line 14", "'J2' follows joint 'J1'"]),
     "negative mass": (('value="3"', 'value="-3"'), ["line 3", "'upper'", "mass -3"]),
     "mass without a value": (('value="3"', ""), ["line 3", "<mass> has no 'value'"]),
     "no geometry": (

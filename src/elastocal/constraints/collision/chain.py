@@ -86,7 +86,7 @@ def _along_chain(robot: Robot, radius: Radii) -> list[Solid]:
     by_name = radius if isinstance(radius, Mapping) else {}
     usual = radius if isinstance(radius, float) else LINK_SHARE * reach_of(robot)
     found: list[Solid] = []
-    for body in range(len(robot.joints) + 1):
+    for body in range(robot.last + 1):
         name = body_name(robot, body)
         start, end = _axis_of_link(robot, body)
         thick = by_name.get(name, usual)
@@ -108,7 +108,7 @@ def tool_solids(robot: Robot, tool: Tool) -> list[Solid]:
         robot: The robot that carries it.
         tool: The tool; `tool.radius` is theirs.
     """
-    body, flange = len(robot.joints), robot.links[-1]
+    body, flange = robot.last, robot.links[-1]
     points = np.unique(np.vstack([tool.load_point, tool.markers]), axis=0)
     start = flange[:3, 3]
     return [
@@ -131,8 +131,8 @@ def _axis_of_link(robot: Robot, body: int) -> tuple[Array, Array]:
     """
     end = np.array(robot.links[body][:3, 3])
     start = np.zeros(3)
-    if body and robot.joints[body - 1].prismatic and not robot.prismatic[:body].all():
-        joint = robot.joints[body - 1]
+    joint = robot.moving[body - 1]
+    if body and joint.prismatic and not robot.sliding[:body].all():
         travel = joint.upper if abs(joint.upper) >= abs(joint.lower) else joint.lower
         if np.isfinite(travel):
             start = np.array([0.0, 0.0, -travel])

@@ -91,7 +91,7 @@ def _always(
 ) -> str:
     """Why the pairs of two bodies cannot be watched; empty if they can."""
     i, j = group[0]
-    if posture.robot.carrier(solids[i].body) == solids[j].body:
+    if posture.robot.carriers[solids[i].body] == solids[j].body:
         return "neighbours"
     gap = nearest(Pairs(tuple(solids), tuple(group)), posture, margin).value
     if (gap < margin).mean() < _NATURE:
@@ -154,7 +154,8 @@ def obstacle_pairs(
     moving = [solid for solid in solids if solid.body]
     everything = [*moving, *obstacle]
     posture = random_posture(robot, limits)
-    standing = min(1 + first_turning(robot), len(robot.joints))
+    first = first_turning(robot)
+    standing = robot.last if first == len(robot.joints) else int(robot.place[first]) + 1
     for i, solid in enumerate(moving):
         for j, thing in enumerate(obstacle, len(moving)):
             names = (solid.name, thing.name)

@@ -83,7 +83,7 @@ def _springs_section(robot: Robot, springs: VirtualJoints) -> dict[str, Any]:
         own = np.linalg.inv(T_body_joint(robot, body))
         origin = own[:3, :3] @ springs.origin[i] + own[:3, 3]
         section[springs.names[i]] = {
-            "carried_by": robot.joint_names[body - 1] if body else "base",
+            "carried_by": robot.moving[body - 1].name if body else "base",
             "type": springs.kinds[i].name,
             "axis": [float(v) for v in own[:3, :3] @ springs.axis[i]],
             "origin_mm": [1e3 * float(v) for v in origin],

@@ -17,6 +17,7 @@ from elastocal.files.tables.csv_table import is_table
 from elastocal.files.texts import file_hash, read_text
 from elastocal.planning.assessment import assess
 from elastocal.robot.chain import Robot
+from elastocal.robot.geometry_hash import geometry_hash
 from elastocal.study.known import Known
 from elastocal.study.study import Study
 
@@ -74,10 +75,7 @@ def _promised(text: str, path: Path, robot: Robot, study_of: StudyOf) -> Complia
     if not written:
         raise PlanFileError(f"{path}: no study is embedded in this plan; name a model instead")
     study = study_of(written, path, embedded_known(document, path))
-    same = study.robot.joint_names == robot.joint_names and np.allclose(
-        study.robot.links, robot.links, rtol=0.0, atol=1e-9
-    )
-    if not same:
+    if geometry_hash(study.robot) != geometry_hash(robot):
         raise PlanFileError(f"{path}: is a plan for another robot, {study.robot.name!r}")
     proposal = read_proposal(path, study)
     study = study_for(proposal, study)

@@ -44,7 +44,8 @@ def _spring(name: str, entry: SpringFile, robot: Robot) -> VirtualJoints:
             f"spring {name!r}: no joint {entry.carried_by[:40]!r}; "
             f"expected one of {', '.join(carriers)}",
         )
-    body = carriers.index(entry.carried_by)
+    joint = carriers.index(entry.carried_by) - 1
+    body = 0 if joint < 0 else int(robot.place[joint]) + 1
     T = T_body_joint(robot, body)
     axis, origin = np.array(entry.axis), np.array(entry.origin_mm)
     length = float(np.linalg.norm(axis))

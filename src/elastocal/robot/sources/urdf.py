@@ -16,10 +16,9 @@ import numpy as np
 from elastocal.arrays import Array
 from elastocal.errors import InputError
 from elastocal.reading import bytes_of
-from elastocal.robot.chain import Follower, Joint, Robot, T_body_joint, transform
+from elastocal.robot.chain import Follower, Joint, Robot, T_body_joint, moved
 from elastocal.robot.joint_kinds import KINDS, PRISMATIC, JointKind, kind_of
 from elastocal.robot.reach import reach_of
-from elastocal.robot.rotations import from_rotation_vectors
 from elastocal.robot.shapes import BodyMass, Shape
 from elastocal.robot.sources.mesh_files import MeshFiles
 from elastocal.robot.sources.urdf_elements import Urdf, UrdfJoint, read_elements
@@ -120,12 +119,14 @@ def _robot(
 ) -> tuple[Robot, Places]:
     """The chain as a robot with its followers, and where every link is."""
     following = followings(urdf.joints)
-    on_chain = {joint.name for joint in chain if joint.type != "fixed"}
-    own = on_chain - set(following)
+    on_way = [joint.name for joint in chain if joint.type != "fixed"]
+    own = set(on_way) - set(following)
     moves = {name for name, follows in following.items() if follows.leader in own}
+    way = [name for name in on_way if name in own | moves]
     joints: list[Joint] = []
     followers: list[Follower] = []
     place: Places = {base: (0, np.eye(4))}
+    number = {name: i for i, name in enumerate(way, 1)}  # of the bodies that joints move
     for link, joint, other in tree.away_from(base):
         body, T = place[link]
         back = other == joint.parent
@@ -134,21 +135,17 @@ def _robot(
             lower, upper = _limits(joint, limits, remarks)
             axis = _axis(joint, remarks)
             joints.append(Joint(joint.name, T, axis, joint.type == PRISMATIC.name, lower, upper))
-            body, T = len(joints), np.eye(4)
         elif joint.name in moves:
             leader, factor, offset = following[joint.name]
-            if joint.name in on_chain:
-                raise InputError(
-                    f"{joint.at} follows joint {leader!r} (mimic); joints between base and tip "
-                    "must move on their own"
-                )
             sign = -1.0 if back else 1.0
             moving = Joint(joint.name, T, _axis(joint, remarks), joint.type == PRISMATIC.name)
             followers.append(Follower(moving, body, leader, sign * factor, sign * offset))
-            body, T = len(own) + len(followers), np.eye(4)
+            number.setdefault(joint.name, len(number) + 1)
         elif joint.name in following:
             offset = following[joint.name].offset
-            T = T @ _moved(joint, -offset if back else offset, remarks)
+            T = T @ _standing(joint, -offset if back else offset, remarks)
+        if joint.name in number:
+            body, T = number[joint.name], np.eye(4)
         place[other] = body, T @ np.linalg.inv(joint.T_parent_child) if back else T
     tip = chain[-1].child if chain else base
     unknown = [name for name in limits if name not in {joint.name for joint in joints}]
@@ -157,7 +154,9 @@ def _robot(
         raise InputError(f"{urdf.where}: no joint {unknown[0]!r} to limit; the joints are {names}")
     if not joints:
         raise InputError(f"{urdf.where}: no joint moves between base {base!r} and tip {tip!r}")
-    robot = Robot(urdf.name, tuple(joints), place[tip][1], followers=tuple(followers))
+    robot = Robot(
+        urdf.name, tuple(joints), place[tip][1], followers=tuple(followers), chain=tuple(way)
+    )
     if (size := reach_of(robot)) > _LONGEST_REACH:
         raise InputError(
             f"{urdf.where}: the chain reaches {size:.6g} m; URDF is in metres, were millimetres "
@@ -168,15 +167,12 @@ def _robot(
     return robot, place
 
 
-def _moved(joint: UrdfJoint, value: float, remarks: list[str]) -> Array:
+def _standing(joint: UrdfJoint, value: float, remarks: list[str]) -> Array:
     """(4, 4) what a joint that stands at `value` [rad or m] does."""
     if not value:
         return np.eye(4)
-    axis = _axis(joint, remarks)
-    way = value * axis / np.linalg.norm(axis)
-    if joint.type == PRISMATIC.name:
-        return transform(None, way)
-    return transform(from_rotation_vectors(way[None])[0])
+    slides = joint.type == PRISMATIC.name
+    return moved(Joint(joint.name, np.eye(4), _axis(joint, remarks), slides), value)
 
 
 def _softer(urdf: Urdf, joints: Sequence[Joint], limits: Limits) -> Iterator[str]:
