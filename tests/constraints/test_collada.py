@@ -213,3 +213,12 @@ def test_meshes_that_are_turned_are_said(tmp_path: Path) -> None:
         assert meshes.find(name) is not None
     (said,) = meshes.remark()
     assert "2 meshes such as a.dae say Y_UP and are turned z up" in said
+
+
+def test_a_negative_scale_mirrors(tmp_path: Path) -> None:
+    path = tmp_path / "link.dae"
+    path.write_bytes(document())
+    mirrored = Shape("mesh", np.array([1.0, -1.0, 1.0]), np.eye(4), 1, "link", mesh=path)
+    (corners,) = hulls(mirrored)
+    assert corners.min(axis=0) == pytest.approx([0, -2, 0])
+    assert corners.max(axis=0) == pytest.approx([1, 0, 3])

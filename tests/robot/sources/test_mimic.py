@@ -316,7 +316,8 @@ STUDY = """elastocal: 1
 robot: {urdf: pallet.urdf, tip: tool0}
 tools: {t: {load_point_mm: [100, 0, 30]}}
 test_poses: [{tool: t, q_deg: {j1: 10, j2: -20, j4: 30}, q_mm: {slide: 200}, force_N: [0, 0, -9]}]
-experiments: {tool: t, max_force_N: 100, direction: free, count: 8, max_configurations: 4}
+experiments: {tool: t, max_force_N: 100, direction: free, count: 4, max_configurations: 2}
+identify: [j2, j4]
 instrument: {sigma_mm: 0.03}
 gravity_m_s2: [0, 0, -9.81]
 constraints: {collision: off}

@@ -44,7 +44,9 @@ def test_packages_are_found_where_they_are_named(tmp_path: Path) -> None:
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "parts.xacro").write_text(MACRO)
     assert from_urdf(path, packages={"parts": tmp_path / "parts"}).joint_names == ("J1", "J2")
-    with pytest.raises(InputError, match=r"arm\.xacro: xacro cannot expand it: .*'parts'"):
+    with pytest.raises(
+        InputError, match=r"arm\.xacro: no folder is named for package 'parts'; give"
+    ):
         from_urdf(path)
 
 
@@ -145,8 +147,10 @@ def test_a_file_of_macros_is_named_as_such(tmp_path: Path) -> None:
         from_urdf(path)
 
 
-def test_the_hash_does_not_depend_on_where_the_files_are(tmp_path: Path) -> None:
-    mesh = '<visual><geometry><mesh filename="file://$(find parts)/a.stl"/></geometry></visual>'
+@pytest.mark.parametrize("prefix", ["", "file://", "file:///"])
+def test_the_hash_does_not_depend_on_where_the_files_are(tmp_path: Path, prefix: str) -> None:
+    file = f"{prefix}$(find parts)/a.stl"
+    mesh = f'<visual><geometry><mesh filename="{file}"/></geometry></visual>'
     found = []
     for place in ("here", "there"):
         folder = tmp_path / place
@@ -158,3 +162,10 @@ def test_the_hash_does_not_depend_on_where_the_files_are(tmp_path: Path) -> None
         found.append(from_urdf(path, packages={"parts": folder / "parts"}))
         assert found[-1].visuals[0].mesh == folder / "parts" / "a.stl"
     assert found[0].sha256 == found[1].sha256
+
+
+def test_a_comment_names_no_package(tmp_path: Path) -> None:
+    path = arm(tmp_path, "parts.xacro")
+    (tmp_path / "robot" / "parts.xacro").write_text(MACRO)
+    path.write_text(path.read_text().replace("</robot>", "<!-- $(find nowhere) --></robot>"))
+    assert from_urdf(path).joint_names == ("J1", "J2")

@@ -50,9 +50,11 @@ class Arguments(dict):
         self.missing = name
         raise KeyError(name)
 arguments = Arguments(given)
+unknown = []
 def find(name):
     if name not in packages:
-        raise LookupError(f"no folder is named for package {name!r} (packages: {{{name}: folder}})")
+        unknown.append(name)
+        raise LookupError(name)
     return packages[name]
 substitution_args._eval_find = find
 answer = {}
@@ -66,7 +68,8 @@ try:
               "links": len(document.getElementsByTagName("link"))}
 except Exception as error:
     answer = {"error": str(error) or repr(error), "file": (xacro.filestack or [path])[-1]}
-answer |= {"asked": sorted(arguments.asked), "missing": arguments.missing}
+answer |= {"asked": sorted(arguments.asked), "missing": arguments.missing,
+           "package": unknown[0] if "error" in answer and unknown else ""}
 print(json.dumps(answer), file=out)
 """
 
@@ -101,6 +104,11 @@ def expanded(
     if done.returncode != 0:
         raise InputError(f"{path}: xacro cannot expand it: {_last_line(done.stderr)}")
     answer = json.loads(done.stdout)
+    if answer["package"]:
+        raise InputError(
+            f"{path}: no folder is named for package {answer['package']!r}; give it beside 'urdf' "
+            f"as packages: {{{answer['package']}: folder}}"
+        )
     if answer["missing"]:
         raise InputError(_missing(path, answer["missing"]))
     if "error" in answer:
@@ -147,7 +155,7 @@ def _refuse_unknown(path: Path, given: Mapping[str, str], asked: Sequence[str]) 
 def _portable(text: str, folders: Mapping[str, str]) -> str:
     """The text with the folders of packages as package://name: so its hash goes along with it."""
     for name, folder in sorted(folders.items(), key=lambda item: -len(item[1])):
-        text = re.sub(f"(file://)?{re.escape(folder)}(?=/)", f"package://{name}", text)
+        text = re.sub(f"(file:/*)?{re.escape(folder)}(?=/)", f"package://{name}", text)
     return text
 
 
