@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from elastocal.errors import InputError
 from elastocal.robot import sources as robots
-from elastocal.robot.chain import Joint, Robot, Tool, outside, transform
+from elastocal.robot.chain import Joint, Robot, Tool, transform
+from elastocal.robot.joint_room import outside
 from elastocal.robot.posture import forward_kinematics, jacobian
 from elastocal.robot.sources import DHRow, from_dh, kuka_kr270, three_link
 from tests.arms import Oracle, random_chain, random_transform

@@ -11,7 +11,8 @@ import numpy as np
 
 from elastocal.arrays import Array, freeze, unset
 from elastocal.errors import InputError
-from elastocal.robot.chain import Robot, outside
+from elastocal.robot.chain import Robot
+from elastocal.robot.joint_room import outside
 
 SPEED = float(np.radians(10.0))
 """Largest speed of a turning joint if nothing is said [rad/s]: careful, with a weight on."""

@@ -16,6 +16,7 @@ import numpy as np
 
 from elastocal.arrays import Array, BoolArray, IntArray, freeze, unset
 from elastocal.errors import InputError
+from elastocal.robot.drawn_in import drawn_in
 from elastocal.robot.joint_kinds import JointKind, kind_of
 from elastocal.robot.rotations import frame_about, from_rotation_vectors
 from elastocal.robot.shapes import BodyMass, Shape
@@ -61,25 +62,6 @@ class Joint:
                 f"limit {self.upper:g}"
             )
         freeze(self, T_parent_joint=transform, axis=axis / length)
-
-
-def outside(joint: Joint, value: float) -> str:
-    """In words that a joint value [rad or m] is outside the limits; empty if it is not.
-
-    Says too which value is inside: another turn of the same place, or the middle if it was zero.
-    """
-    if joint.lower - 1e-9 <= value <= joint.upper + 1e-9:
-        return ""
-    scale, unit = joint.kind.scale, joint.kind.suffix
-    said = (
-        f"{joint.name} at {scale * value:.6g}{unit}, outside its limits "
-        f"{scale * joint.lower:.6g} to {scale * joint.upper:.6g}{unit}"
-    )
-    middle = 0.5 * (joint.lower + joint.upper)
-    turned = value + 2.0 * np.pi * round((middle - value) / (2.0 * np.pi))
-    if not joint.prismatic and joint.lower <= turned <= joint.upper:
-        return f"{said}; the same place is at {scale * turned:.6g}{unit}"
-    return f"{said}, whose middle is {scale * middle:.6g}{unit}"
 
 
 @dataclass(frozen=True)
@@ -366,7 +348,7 @@ def _normal_form(joints: tuple[Joint, ...], T_tip_flange: Array) -> tuple[Array,
         links.append(undo @ joint.T_parent_joint @ to_axis)
         undo = to_axis.T
     links.append(undo @ T_tip_flange)
-    return _drawn_in(np.array(links), ~np.array([joint.prismatic for joint in joints]))
+    return drawn_in(np.array(links), ~np.array([joint.prismatic for joint in joints]))
 
 
 def _moving(robot: Robot) -> tuple[Joint, ...]:
@@ -404,35 +386,3 @@ def _carries(robot: Robot) -> BoolArray:
         found[body] = found[carrier]
         found[body, body - 1] = True
     return found
-
-
-_FAR_OUT = 2.0  # a chain this many times as long as the shortest runs out and back
-
-
-def _drawn_in(links: Array, turning: BoolArray) -> tuple[Array, Array]:
-    """The links with their frames moved along the axes where they run far out and back, the shifts.
-
-    Any point of an axis serves as origin. Where two axes are almost parallel, as calibrated tables
-    have them, the foot of their common normal is hundreds of metres away; a robot is not.
-
-    Source: ours; the origins of least squared distance between neighbours, a linear problem since
-    every distance is fixed to one body.
-    """
-    n = len(turning)
-    ends, pulls = links[:, :3, 3], np.zeros((n + 1, 3, n))
-    for i in range(n):
-        pulls[i, :, i], pulls[i + 1, 2, i] = links[i, :3, 2], -1.0
-    some = pulls[:, :, turning].reshape(3 * n + 3, -1)
-    shifts = np.zeros(n)
-    shifts[turning] = np.linalg.lstsq(some, -ends.ravel(), rcond=None)[0]
-    drawn_in = ends + pulls @ shifts
-    if _length(ends) <= _FAR_OUT * _length(drawn_in):
-        return links, np.zeros(n)
-    moved = links.copy()
-    moved[:, :3, 3] = drawn_in
-    return moved, shifts
-
-
-def _length(steps: Array) -> float:
-    """Sum of the lengths of (K, 3) steps [m]."""
-    return float(np.linalg.norm(steps, axis=1).sum())

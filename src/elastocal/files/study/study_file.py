@@ -36,7 +36,8 @@ from elastocal.files.study.view import view_of
 from elastocal.files.texts import is_version, read_text
 from elastocal.files.values import FileName, Name, Section, Vector
 from elastocal.files.yaml_lines import Located, LocatedError, at, parse
-from elastocal.robot.chain import Robot, outside
+from elastocal.robot.chain import Robot
+from elastocal.robot.joint_room import outside
 from elastocal.robot.pose_check import refuse_too_few
 from elastocal.study.criteria import CRITERIA
 from elastocal.study.known import Known
