@@ -81,8 +81,10 @@ def test_the_gap_is_told_as_it_closes() -> None:
     continuous_design(
         polynomial(4), D, np.random.default_rng(0), progress=lambda *what: told.append(what)
     )
-    assert {what for what, _ in told} == {"continuous design"}
-    assert 0.0 < told[-1][1] < told[0][1]
+    assert [what for what, _ in told][:1] == ["feasible load cases"]
+    assert {what for what, _ in told[1:]} == {"continuous design", "trying the bound"}
+    gaps = [gap for what, gap in told if what == "continuous design"]
+    assert 0.0 < gaps[-1] < gaps[0]
 
 
 def test_plans_of_the_same_value_count_as_one_if_asked() -> None:
@@ -134,6 +136,20 @@ def test_the_search_stops_where_nothing_is_left_to_gain(
     else:  # the bound stays out of reach: patience of four on each of two islands
         assert 8 <= len(told) < 2 * most
         assert attained == pytest.approx(np.cbrt(3 * 2 * 2) / (7 / 3), abs=1e-5)
+
+
+def test_how_far_independent_searches_agree_is_told(quadratic: ContinuousDesign) -> None:
+    """Three short evolutions of seven experiments; one that meets the bound needs no other."""
+    short = Effort(batch=8, generations=2, islands=3, stages=((3, 1.0),))
+    rough = exact_design(goal(2), 7, 3, np.random.default_rng(1), effort=short)
+    assert rough.searches == 3
+    assert 0.0 < rough.apart < 0.1
+    long = Effort(batch=32, islands=2)
+    fine = exact_design(goal(2), 7, 3, np.random.default_rng(1), effort=long)
+    assert fine.searches == 2
+    assert 0.0 <= fine.apart < 1e-4
+    once = exact_design(goal(2), 6, 3, np.random.default_rng(0), continuous=quadratic, effort=long)
+    assert (once.searches, once.apart) == (1, 0.0)
 
 
 def test_progress_never_falls_and_stays_below_one(quadratic: ContinuousDesign) -> None:

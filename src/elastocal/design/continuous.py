@@ -82,6 +82,8 @@ def continuous_design(
         progress: Told the gap as it closes.
     """
     base = np.zeros((space.parameters,) * 2) if base is None else base
+    tell = progress or (lambda what, gap: None)
+    tell("feasible load cases", np.inf)
     pool = space.sample(_CANDIDATES, rng)
     if known is not None:
         pool = np.concatenate([known, pool])
@@ -113,6 +115,7 @@ def continuous_design(
         stages = ((_ITERATIONS[min(count, 3)], len(begin)),)
         found, s, _ = climb(space, begin, gradient, stages)
         if s.max() <= level * (1.0 + TOLERANCE):
+            tell("trying the bound", gaps[-1] if gaps else np.inf)
             points, sums = taken_together(informations, weights)
             bound = dual_bound(
                 space,
@@ -145,8 +148,7 @@ def continuous_design(
             criterion, smooth = wider, wider.smooth
         x, weights = x[chosen.support], chosen.weights
         informations = informations[chosen.support]
-        if progress is not None:
-            progress("continuous design", gap)
+        tell("continuous design", gap)
     target = criterion if certified is None else certified.near(np.concatenate(seen))
     total = base + np.einsum("i,ijk->jk", weights, informations)
     if bound is None or target is not smooth:

@@ -9,7 +9,7 @@ often; for large m rounding does.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import reduce
 
 import numpy as np
@@ -32,11 +32,15 @@ class ExactDesign:
         x: (S, d) distinct design points.
         counts: (S,) repeats, all positive.
         value: φ of base plus the sum of the informations.
+        searches: Independent evolutions that were made.
+        apart: Share of φ by which the best of the worst of them is below the best of all.
     """
 
     x: Array
     counts: IntArray
     value: float
+    searches: int = 1
+    apart: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -93,6 +97,8 @@ def exact_design(
         elites.append(_island(breeder, effort, share, progress))
         if breeder.cannot_improve(elites[-1].value[0]):
             break
+    ends = [float(elite.value[0]) for elite in elites]
+    apart = 1.0 - min(ends) / max(*ends, TINY) if len(ends) > 1 else 0.0
     elite = reduce(Plans.join, elites).best(_ELITE, apart=_APART)
     while True:
         final = refine(breeder.goal, elite.best(6), stages=((300, 6),), tolerance=1e-13)
@@ -106,7 +112,8 @@ def exact_design(
         if breeder.goal is known:
             break
     last.value = goal.values(last.x, last.counts)
-    return _tidy(_by_what_decides(goal, last.best(1)))
+    best = _tidy(_by_what_decides(goal, last.best(1)))
+    return replace(best, searches=len(elites), apart=apart)
 
 
 def _by_what_decides(goal: Goal, plan: Plans) -> Plans:

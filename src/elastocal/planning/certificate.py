@@ -154,7 +154,8 @@ def lower_bound(
         gaps.append(gap)
         if progress is not None:
             closed = -np.log10(max(min(gaps), 1e-6)) / 6.0
-            progress(f"{what}, gap {gap:.0e}", 0.4 * float(np.clip(closed, 0.0, 1.0)))
+            shown = what if np.isinf(gap) else f"{what}, gap {gap:.0e}"
+            progress(shown, 0.4 * float(np.clip(closed, 0.0, 1.0)))
 
     design = continuous_design(space, criterion, rng, base=base, known=known, progress=tell)
     rank = rank_of(design.total, tolerance=NEARLY_SINGULAR)

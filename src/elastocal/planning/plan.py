@@ -59,6 +59,8 @@ class Plan:
         free_joints: Joints whose values do not matter: set them as the cell requires.
         turns_with_load: Joint that may be turned together with the load, by the same angle; empty
             if there is none. The loads come from one side of it if its limits allow.
+        searches: Independent searches that were made for it; one where the first met the bound.
+        apart: Share of φ by which the worst of them ended below the best.
         via: S + 1 arrays (K, n): configurations to pass on the way to each load case and at last
             home, where the straight motion is blocked [rad or m]; empty if none is.
     """
@@ -73,6 +75,8 @@ class Plan:
     free_joints: tuple[str, ...] = ()
     turns_with_load: str = ""
     via: tuple[Array, ...] = ()
+    searches: int = 1
+    apart: float = 0.0
 
     @property
     def count(self) -> int:
@@ -160,6 +164,8 @@ def plan(
         free_joints=found.plain.free,
         turns_with_load=found.plain.turns_with_load,
         via=found.via,
+        searches=found.searches,
+        apart=found.apart,
     )
 
 
@@ -171,6 +177,8 @@ class _Outcome(NamedTuple):
     repeats: IntArray
     plain: Plain
     via: tuple[Array, ...]
+    searches: int
+    apart: float
 
 
 def _searched(
@@ -200,6 +208,7 @@ def _searched(
             effort=effort,
             progress=lambda what, share: tell(what, 0.4 + 0.6 * share),
         )
+        searches, apart = design.searches, design.apart
         plain = simplify(space, space.load_cases(design.x))
         single = merged(goal, design, _roomiest(study, plain.cases))
         if single is not design:
@@ -214,7 +223,7 @@ def _searched(
                 raise
             avoid += (_away_from(error.q, study.robot, (*plain.free, plain.turns_with_load)),)
             continue
-        return _Outcome(design.x, cases, design.counts[order], plain, via)
+        return _Outcome(design.x, cases, design.counts[order], plain, via, searches, apart)
 
 
 def _roomiest(study: Study, cases: LoadCases) -> IntArray:

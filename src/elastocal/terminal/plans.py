@@ -28,8 +28,18 @@ from elastocal.terminal.test_poses import show_test_poses, where_judged
 from elastocal.wording import ended, worded
 from elastocal.wording.lists import counted
 from elastocal.wording.numbers import described, number, readable, shown_unit
-from elastocal.wording.plans import floor_sentence, freedom, missed, only_of, searched, told
+from elastocal.wording.plans import (
+    floor_sentence,
+    freedom,
+    missed,
+    only_of,
+    searched,
+    searches_sentence,
+    told,
+)
 from elastocal.wording.watch import watch
+
+_OPEN = 5e-5  # gap between a design and its bound from which on it is said
 
 MEASURED = (
     "a measurement file, whose configurations and loads are judged as a plan, with the noise of "
@@ -69,6 +79,8 @@ def show_plan(plan: Plan) -> None:
     if plan.criterion != RHO0.name:
         out.print(Text(_by_criterion(plan)))
     out.print(Text(certificate_sentence(plan.certificate, plan.count)))
+    if plan.searches > 1:
+        out.print(Text(searches_sentence(plan.searches, plan.apart)))
     out.print(Text(duration_sentence(plan.schedule)))
 
 
@@ -176,6 +188,9 @@ def certificate_sentence(certificate: Certificate, count: int) -> str:
         + searched(c.fresh_starts, c.attained, c.narrow_starts, c.narrow_attained, c.rarest)
         + f" {missed(c.missed)}"
     )
+    if c.peak_ratio > 1.0 + _OPEN and not c.floored:
+        open_ = 100.0 * (c.peak_ratio - 1.0)
+        sentence += f" The search stopped early: the bound may be up to {open_:.2g} % too cautious."
     if c.floored:
         sentence += f" {floor_sentence(c.left_out)}"
     return sentence

@@ -112,6 +112,15 @@ def missed(share: float) -> str:
     )
 
 
+def searches_sentence(searches: int, apart: float) -> str:
+    """How far two or more independent searches for a plan agree, of which the best is taken."""
+    share = f"{100 * max(apart, 1e-5):.2g}"
+    said = f"{searches} independent searches for the plan agree to {share} % in experiments"
+    if apart > _FAR_APART:
+        said += "; other seeds may find a better one, within what the bound leaves"
+    return f"{said}."
+
+
 def floor_sentence(left_out: Sequence[Doubt]) -> str:
     """What a criterion leaves out, and what is done about it."""
     what = "; ".join(SENTENCES[doubt.code](doubt) for doubt in left_out)
@@ -162,6 +171,7 @@ _LIMITS = {
     "load-outside-cone": "the cone of the load",
     "load-outside-plane": "the plane of the load",
 }
+_FAR_APART = 1e-3  # share of φ by which searches differ that have not found the same
 _RARE = 6  # starts that find a load case from which on it is not rare
 _ONE_SIDE = 1e-6  # spread of loads from one side: rounding [rad]
 

@@ -164,6 +164,7 @@ def plan_document(plan: Plan) -> dict[str, Any]:
         "criterion": plan.criterion,
         "seed": plan.seed,
         "experiments": plan.count,
+        "searches": {"count": plan.searches, "apart": plan.apart},
         "free_joints": list(plan.free_joints),
         **({"turns_with_load": plan.turns_with_load} if plan.turns_with_load else {}),
         "load_cases": cases,

@@ -108,6 +108,7 @@ class PlanFile(OpenSection):
     criterion: Name | None = None
     seed: WholeNumber | None = None
     experiments: WholeNumber | None = None
+    searches: dict[str, Finite] | None = None
     load_cases_sha256: str = ""
     free_joints: list[str] | None = None
     schedule: dict[str, Finite] | None = None

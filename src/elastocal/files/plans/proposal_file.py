@@ -193,7 +193,7 @@ def proposal_in(document: dict[str, Any], path: Path, robot: Robot) -> Proposal:
     )
 
 
-_UNCHECKED = ("after", "schedule")
+_UNCHECKED = ("after", "schedule", "searches")
 _SEARCHED = (
     *("fresh_starts", "attained", "narrow_starts", "narrow_attained", "rarest", "missed"),
     *("floored", "peak", "continuous_design"),
