@@ -105,7 +105,9 @@ def test_evaluate_says_how_much_better_a_plan_is() -> None:
 def test_a_baseline_that_is_not_allowed_is_said_and_refuses_no_plan(tmp_path: Path) -> None:
     text = (THREE_LINK / "study.yaml").read_text("utf-8")
     study = tmp_path / "study.yaml"
-    study.write_text(text + "constraints: {workspace: {min_radius_mm: 1800}}\n", "utf-8")
+    study.write_text(
+        text.replace("{collision", "{workspace: {min_radius_mm: 1800}, collision"), "utf-8"
+    )
     plan = THREE_LINK / "published" / "opt1.csv"
     found = json.loads(evaluated(study, plan, "--at-test-poses", "--json"))
     baseline = found["in the test poses"]
