@@ -120,10 +120,13 @@ def test_joint_values_of_the_controller(plan: Path) -> None:
         (("--to", "krl", "--home", HOME.replace("-60", "60")), "joint 'A2' is at 60°", 2),
         (("--to", "krl", "--settle-s", "999"), "settling time", 2),
         (("--to", "krl", "--speed-percent", "0"), "speed", 2),
-        (("--to", "krl", "--prebias-deg", "-1"), "approach distance", 2),
+        (("--to", "krl", "--prebias-deg", "-1"), "not negative, found -1°", 2),
         (("--to", "krl", "--prebias-deg", "200"), "cannot be approached", 2),
         (("--to", "krl", "--external", "E1"), "no joint 'E1'", 2),
         (("--to", "krl", "--trigger", "x"), "KRL outputs", 2),
+        (("--to", "krl", "--trigger", "٣"), "numbers from 1 to 4096, found '٣'", 2),
+        (("--to", "fanuc", "--trigger", "²"), "FANUC outputs", 2),
+        (("--to", "urscript", "--trigger", "9" * 5000), "URScript outputs", 2),
     ],
 )  # fmt: skip
 def test_what_is_refused(plan: Path, arguments: tuple[str, ...], words: str, code: int) -> None:

@@ -292,6 +292,17 @@ def test_no_package_is_needed(gone: tuple[str, ...], tmp_path: Path, monkeypatch
         clearances(robot, TOOL, np.array([robot.lower, robot.upper]), (), CollisionRules())
 
 
+def test_a_link_without_a_shape_is_watched_along_the_chain() -> None:
+    shapes = tuple(
+        Shape("cylinder", np.array([0.1, 0.5]), transform(None, (0, 0, 0.25)), body, name)
+        for body, name in ((1, "post"), (3, "fore"))
+    )
+    found = default_clearances(replace(upright(), collisions=shapes), TOOL)
+    told = {doubt.code: doubt.about for doubt in watch_of(found).made_do}
+    assert told["chain-as-capsules"] == ("shoulder",)
+    assert {"post", "fore", "shoulder"} < {solid.name for solid in found[1].pairs.solids}
+
+
 def test_most_pairs_that_always_touch_are_a_warning() -> None:
     fat = CollisionRules(link_radius=1.3)
     robot = kuka_kr270()

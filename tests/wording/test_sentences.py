@@ -150,13 +150,13 @@ def test_every_code_has_its_sentence() -> None:
         ),
         (
             Doubt("chain-as-capsules", (), (), {"least": 0.1, "most": 0.14}),
-            "the robot is watched as capsules from joint to joint, 100 to 140 mm in radius; "
-            "constraints: {collision: {link_radius_mm: …}} says how thick",
+            "no shapes are given: watched as capsules from joint to joint, 100 to 140 mm in "
+            "radius; constraints: {collision: {link_radius_mm: …}} says how thick",
         ),
         (
             Doubt("chain-as-capsules", ("a", "b"), (), {"least": 0.1, "most": 0.1}),
-            "a, b, whose shapes were not read, are watched as capsules from joint to joint, 100 mm "
-            "in radius; constraints: {collision: {link_radius_mm: …}} says how thick",
+            "no shape was read of a, b: watched as capsules from joint to joint, 100 mm in radius; "
+            "constraints: {collision: {link_radius_mm: …}} says how thick",
         ),
         (
             Doubt("too-few-configurations", ("A1", "A2"), (), {"count": 2, "needed": 3}),

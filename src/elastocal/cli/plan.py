@@ -78,8 +78,8 @@ def plan_command(
     if mapping is not None and not after:
         raise InputError("--mapping belongs to --after, which is not given")
     given = [study_file, *(after or []), *([mapping] if mapping else [])]
-    sheet = out.with_suffix(".csv")
     writable(out, *given, suffix=".json")
+    sheet = out.with_suffix(".csv")
     study = read_study(study_file, known_in(known))
     for file, kind in ((out, "plan"), (sheet, "run sheet")):
         writable(file, *given, *sources_of(study, study_file, known))

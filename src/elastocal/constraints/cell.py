@@ -155,14 +155,13 @@ def _links(robot: Robot, rules: CollisionRules) -> tuple[list[Solid], tuple[Doub
     """The solids of the robot, and what stands in for its shapes."""
     if robot.collisions and not rules.at_hand:
         return robot_solids(robot, as_capsules=rules.as_capsules), ()
-    links, lost = solids_at_hand(robot, rules.link_radius)
-    along = [s for s in links if not robot.collisions or s.name == s.joint]
-    made_do = [Doubt("shapes-as-capsules")] if len(along) < len(links) else []
+    shaped, along, lost = solids_at_hand(robot, rules.link_radius)
+    made_do = [Doubt("shapes-as-capsules")] if shaped else []
     if lost or not robot.collisions:
         radii = [solid.radius for solid in along]
         thick = {"least": min(radii, default=0.0), "most": max(radii, default=0.0)}
         made_do.append(Doubt("chain-as-capsules", lost, numbers=thick, unit="m"))
-    return links, tuple(made_do)
+    return [*shaped, *along], tuple(made_do)
 
 
 def _solids_of(obstacle: Shape) -> list[Solid]:

@@ -38,9 +38,11 @@ class Approach:
     settle: float = 2.0
 
     def __post_init__(self) -> None:
-        for value in (self.angle, self.length):
+        for value, unit in ((np.degrees(self.angle), "°"), (1e3 * self.length, " mm")):
             if not (np.isfinite(value) and value >= 0.0):
-                raise InputError(f"an approach distance must not be negative, found {value:g}")
+                raise InputError(
+                    f"an approach distance must be finite and not negative, found {value:g}{unit}"
+                )
 
 
 def approaches(

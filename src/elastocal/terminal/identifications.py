@@ -138,7 +138,7 @@ def show_validation(found: Validation) -> None:
         )
     if found.repeated:
         (doubt,) = (d for d in doubts_of_validation(found) if d.code == "same-load-cases")
-        out.print(Text(f"Weak: {worded(doubt)}.", style="yellow"))
+        out.print(Text(f"Weak: {ended(worded(doubt))}", style="yellow"))
     if found.beyond_chance:
         out.print(
             Text(

@@ -55,10 +55,9 @@ def _rigid_at_test_pose(doubt: Doubt) -> str:
 def _chain_as_capsules(doubt: Doubt) -> str:
     least, most = (f"{1e3 * doubt.numbers[name]:.3g}" for name in ("least", "most"))
     radius = least if least == most else f"{least} to {most}"
-    links = f"{listed(doubt.about)}, whose shapes were not read," if doubt.about else "the robot"
-    verb = "are" if len(doubt.about) > 1 else "is"
+    whose = f"no shape was read of {listed(doubt.about)}" if doubt.about else "no shapes are given"
     return (
-        f"{links} {verb} watched as capsules from joint to joint, {radius} mm in radius; "
+        f"{whose}: watched as capsules from joint to joint, {radius} mm in radius; "
         "constraints: {collision: {link_radius_mm: …}} says how thick"
     )
 

@@ -46,17 +46,21 @@ def robot_solids(robot: Robot, radius: Radii = None, *, as_capsules: bool = Fals
     ]
 
 
-def solids_at_hand(robot: Robot, radius: Radii = None) -> tuple[list[Solid], tuple[str, ...]]:
+def solids_at_hand(
+    robot: Robot, radius: Radii = None
+) -> tuple[list[Solid], list[Solid], tuple[str, ...]]:
     """Capsules, at the base boxes, around the robot's shapes; along the chain where there are none.
 
-    Nothing is refused and no package is needed: what cannot be read is left to the chain.
+    Nothing is refused and no package is needed: what cannot be read is left to the chain, and so
+    is a link that has no shape at all between its joints, for it is there all the same.
 
     Args:
         robot: The robot.
         radius: How thick links without shapes are.
 
     Returns:
-        The solids, and the names of links whose shapes could not be had.
+        Solids of shapes, solids along the chain, and the names of links whose shapes could not be
+        had: of those without any the joint that moves them.
     """
     found: list[Solid] = []
     lost: dict[str, int] = {}
@@ -67,8 +71,11 @@ def solids_at_hand(robot: Robot, radius: Radii = None) -> tuple[list[Solid], tup
             lost[_shape_name(robot, shape)] = shape.body
     chain = _along_chain(robot, radius)
     if robot.collisions:  # what a capsule covers in the chain is not there to cover it
+        shaped = {shape.body for shape in robot.collisions}
+        bare = [solid for solid in chain if solid.body not in shaped and not solid.covered]
+        lost |= {solid.name: solid.body for solid in bare if not _is_ball(robot, solid.body)}
         chain = [replace(solid, covered=False) for solid in chain if solid.body in lost.values()]
-    return [*found, *chain], tuple(lost)
+    return found, chain, tuple(lost)
 
 
 def _solids(robot: Robot, shape: Shape) -> list[Solid]:
@@ -89,10 +96,10 @@ def _along_chain(robot: Robot, radius: Radii) -> list[Solid]:
     for body in range(robot.last + 1):
         name = body_name(robot, body)
         start, end = _axis_of_link(robot, body)
+        ball = _is_ball(robot, body)
         thick = by_name.get(name, usual)
         # A joint at the place of the one before: a ball that the end of that link covers. It is
         # kept for what may touch that link but not the ball, as the upper arm and the wrist.
-        ball = bool(np.linalg.norm(end - start) < 1e-6)
         covered = bool(found) and ball and thick <= found[-1].radius
         if covered and found[-1].covered:
             continue
@@ -121,6 +128,12 @@ def tool_solids(robot: Robot, tool: Tool) -> list[Solid]:
 def body_name(robot: Robot, body: int) -> str:
     """What a body is called: by the joint that moves it."""
     return robot.moving[body - 1].name if body else "base"
+
+
+def _is_ball(robot: Robot, body: int) -> bool:
+    """Whether a body has no length: its joint and the next one are at one place."""
+    start, end = _axis_of_link(robot, body)
+    return bool(np.linalg.norm(end - start) < 1e-6)
 
 
 def _axis_of_link(robot: Robot, body: int) -> tuple[Array, Array]:

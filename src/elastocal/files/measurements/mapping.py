@@ -241,7 +241,7 @@ def _places(document: Located, file: MappingFile, robot: Robot) -> Iterator[Plac
                 place = " ".join(place.split())
                 if not place:
                     raise MeasurementFileError(f"{where}: {name}: the name of the column is empty")
-                if not file.header and not place.isdigit():
+                if not file.header and not re.fullmatch("[0-9]{1,9}", place):
                     raise MeasurementFileError(
                         f"{where}: {name}: with 'header: false' columns have numbers, found "
                         f"{place!r}"

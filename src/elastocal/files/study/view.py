@@ -85,7 +85,8 @@ def _solids(robot: Robot, others: Sequence[Constraint]) -> list[Solid]:
     try:
         return robot_solids(robot)
     except InputError:
-        return solids_at_hand(robot)[0]
+        shaped, along, _ = solids_at_hand(robot)
+        return [*shaped, *along]
 
 
 def _axes(tool: Tool, entry: ToolFile | None, tracked: bool) -> dict[str, tuple[Array, float]]:

@@ -16,7 +16,7 @@ from elastocal.programs.robot_program import Ask, Measure, Move, RobotProgram, S
 from elastocal.programs.writers.axes import Axes, axes, readings
 from elastocal.programs.writers.names import identifier, program_name, words
 from elastocal.programs.writers.pages import page_names, paged, room
-from elastocal.programs.writers.settings import Settings
+from elastocal.programs.writers.settings import Settings, output_number
 from elastocal.programs.writers.wording import header, wrapped
 
 LONGEST_NAME = 16
@@ -38,7 +38,7 @@ def write(program: RobotProgram, settings: Settings) -> dict[str, str]:
     """One program, and one for each page."""
     robot = program.robot
     layout = axes(robot, settings, "a FANUC motion group", 3)
-    trigger = _output(settings.trigger)
+    trigger = output_number(settings, "FANUC", 1, 9999)
     percent = max(1, round(100.0 * program.speed))
 
     def body(steps: Sequence[Step], numbers: Mapping[int, int]) -> list[str]:
@@ -154,14 +154,6 @@ def _position(number: int, program: RobotProgram, layout: Axes, row: list[float]
         rows[-1],
         "};",
     ]
-
-
-def _output(trigger: str) -> int | None:
-    if not trigger:
-        return None
-    if not trigger.isdigit() or not 1 <= int(trigger) <= 9999:
-        raise InputError(f"FANUC outputs have numbers from 1 to 9999, found {trigger[:40]!r}")
-    return int(trigger)
 
 
 def _step(

@@ -10,12 +10,11 @@ reference of System.Messages; frames of modules as in KUKA's templates.
 
 from __future__ import annotations
 
-from elastocal.errors import InputError
 from elastocal.programs.robot_program import Ask, Measure, Move, RobotProgram, Settle, Step
 from elastocal.programs.writers.axes import Axes, axes, readings
 from elastocal.programs.writers.names import program_name, words
 from elastocal.programs.writers.pages import page_names, paged, room
-from elastocal.programs.writers.settings import Settings
+from elastocal.programs.writers.settings import Settings, output_number
 from elastocal.programs.writers.wording import header, wrapped
 
 LONGEST_NAME = 24
@@ -56,7 +55,7 @@ def write(program: RobotProgram, settings: Settings) -> dict[str, str]:
         program, settings, "KRL", scale=robot.shown_scale, decimals=4, largest=_LARGEST
     )
     data = [f"{{{_axis_values(layout, row)}}}" for row in values.tolist()]
-    trigger = _output(settings.trigger)
+    trigger = output_number(settings, "KRL", 1, 4096)
     start = START.format(name=name)
     head = header(program, settings, 100, units="degrees, mm", start=start)
     if len(parts) > 1:
@@ -136,14 +135,6 @@ def _axis_names(program: RobotProgram, layout: Axes) -> list[str]:
     pairs = zip(_labels(layout), layout.order, strict=True)
     different = [f"{label} is {names[i]}" for label, i in pairs if names[i] != label]
     return wrapped(f"Axes: {', '.join(different)}.", 100) if different else []
-
-
-def _output(trigger: str) -> int | None:
-    if not trigger:
-        return None
-    if not trigger.isdigit() or not 1 <= int(trigger) <= 4096:
-        raise InputError(f"KRL outputs have numbers from 1 to 4096, found {trigger[:40]!r}")
-    return int(trigger)
 
 
 def _step(step: Step, points: list[str], trigger: int | None) -> list[str]:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from elastocal.errors import InputError
 from elastocal.programs.robot_program import RobotProgram
 from elastocal.robot.controller_axes import Coupling
 
@@ -38,3 +40,19 @@ class Settings:
 
 Writer = Callable[[RobotProgram, Settings], dict[str, str]]
 """Program and settings → text by file name. The first file is the one to start."""
+
+
+def output_number(settings: Settings, language: str, least: int, most: int) -> int | None:
+    """The output that starts a measurement, None if the operator does.
+
+    Raises:
+        InputError: it is no number from `least` to `most`, in the digits 0 to 9.
+    """
+    written = settings.trigger
+    if not written:
+        return None
+    if not re.fullmatch("[0-9]{1,6}", written) or not least <= int(written) <= most:
+        raise InputError(
+            f"{language} outputs have numbers from {least} to {most}, found {written[:40]!r}"
+        )
+    return int(written)

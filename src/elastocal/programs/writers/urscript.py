@@ -17,7 +17,7 @@ from elastocal.programs.robot_program import Ask, Measure, Move, RobotProgram, S
 from elastocal.programs.writers.axes import ARM_AXES, axes, readings
 from elastocal.programs.writers.names import program_name
 from elastocal.programs.writers.pages import page_names, paged, room
-from elastocal.programs.writers.settings import Settings
+from elastocal.programs.writers.settings import Settings, output_number
 from elastocal.programs.writers.urscript_words import FUNCTIONS, LANGUAGE
 from elastocal.programs.writers.wording import header, wrapped
 
@@ -46,7 +46,7 @@ def write(program: RobotProgram, settings: Settings) -> dict[str, str]:
     values = readings(
         program, settings, "URScript", scale=np.ones(ARM_AXES), decimals=8, largest=_LARGEST
     ).tolist()
-    trigger = _output(settings.trigger)
+    trigger = output_number(settings, "URScript", 0, 7)
     axis_names = wrapped(f"Axes: {', '.join(robot.joint_names)}.", 100)
     files = {}
     for number, (name, part) in enumerate(zip(names, parts, strict=True), 1):
@@ -63,14 +63,6 @@ def write(program: RobotProgram, settings: Settings) -> dict[str, str]:
 
 START = "Start: send this file to port 30002 of the robot. A Script node takes another form of it."
 START_NODE = "Start: choose this file in a Script node; it ends with the call of its function."
-
-
-def _output(trigger: str) -> int | None:
-    if not trigger:
-        return None
-    if not trigger.isdigit() or int(trigger) > 7:
-        raise InputError(f"URScript outputs have numbers from 0 to 7, found {trigger[:40]!r}")
-    return int(trigger)
 
 
 def _step(

@@ -134,7 +134,7 @@ def read_elements(data: bytes, where: str) -> Urdf:
 
 def _link(urdf: Urdf, node: Node, name: str) -> UrdfLink:
     mass, pose = 0.0, np.eye(4)
-    for inertial in node.all("inertial")[:1]:
+    for inertial in _at_most_one(node, "inertial"):
         element = _one(inertial, "mass", name)
         mass = float(_numbers(element, "value", 1)[0])
         if mass < 0.0:
@@ -173,18 +173,18 @@ def _read_joints(urdf: Urdf, root: Node, links: set[str]) -> None:
         pose, axis, follows = _pose(node), np.array([1.0, 0.0, 0.0]), Follows()
         limits: dict[str, float] = {}
         # What means nothing for a joint of this type is not looked at.
-        for inner in node.all("axis")[:1] if kind in _ALONG_AN_AXIS else ():
+        for inner in _at_most_one(node, "axis") if kind in _ALONG_AN_AXIS else ():
             axis = _numbers(inner, "xyz", 3)
-        for inner in node.all("limit")[:1] if kind in _LIMITED else ():
+        for inner in _at_most_one(node, "limit") if kind in _LIMITED else ():
             given = _given(inner, ("lower", "upper"), 1)
             limits = {key: float(value[0]) for key, value in given.items()}
         soft = None
-        for inner in node.all("safety_controller")[:1] if kind in _LIMITED else ():
+        for inner in _at_most_one(node, "safety_controller") if kind in _LIMITED else ():
             keys = ("soft_lower_limit", "soft_upper_limit")
             given = _given(inner, keys, 1)
             if given:
                 soft = (float(given.get(keys[0], [0.0])[0]), float(given.get(keys[1], [0.0])[0]))
-        for inner in node.all("mimic")[:1] if kind in _ALONG_AN_AXIS else ():
+        for inner in _at_most_one(node, "mimic") if kind in _ALONG_AN_AXIS else ():
             given = _given(inner, ("multiplier", "offset"), 1)
             numbers = {key: float(value[0]) for key, value in given.items()}
             leader = _attribute(inner, "joint")
@@ -198,7 +198,10 @@ def _read_joints(urdf: Urdf, root: Node, links: set[str]) -> None:
 
 def _shapes(urdf: Urdf, node: Node, link: str) -> Iterator[Shape]:
     """The shape of a visual or collision; none if it is left out."""
-    for solid in _one(node, "geometry", link).children[:1]:
+    geometry = _one(node, "geometry", link)
+    if len(geometry.children) > 1:
+        raise geometry.error(f"{link!r} has more than one shape in <geometry>, expected one")
+    for solid in geometry.children:
         place, source = f"{solid.place}: <{solid.tag}> of link {link!r}", ""
         if solid.tag not in DIMENSIONS:
             urdf.remarks.append(f"{place} is left out: known are {', '.join(DIMENSIONS)}")
@@ -217,7 +220,7 @@ def _shapes(urdf: Urdf, node: Node, link: str) -> Iterator[Shape]:
             urdf.remarks.append(f"{place} measures {size.max():g} m; were millimetres meant?")
         pose = _pose(node)
         color: Color = ()
-        for material in node.all("material")[:1]:
+        for material in _at_most_one(node, "material"):
             own = _colors(material)
             name = material.attributes.get("name", "")
             color = (own or urdf.palette).get(name, ()) if node.tag == "visual" else ()
@@ -228,7 +231,7 @@ def _colors(node: Node) -> dict[str, Color]:
     """The colour of a material by its name, if it has one."""
     return {
         node.attributes.get("name", ""): tuple(_numbers(color, "rgba", 4).tolist())
-        for color in node.all("color")[:1]
+        for color in _at_most_one(node, "color")
     }
 
 
@@ -238,7 +241,7 @@ def _pose(node: Node) -> Array:
     Rot_z(yaw) Rot_y(pitch) Rot_x(roll). Source: specification of URDF.
     """
     pose = np.eye(4)
-    for origin in node.all("origin")[:1]:
+    for origin in _at_most_one(node, "origin"):
         given = _given(origin, ("xyz", "rpy"), 3)
         pose[:3, 3] = given.get("xyz", np.zeros(3))
         rpy = given.get("rpy", np.zeros(3)).tolist()
@@ -275,6 +278,14 @@ def _one(node: Node, tag: str, name: str) -> Node:
         many = "no" if not found else f"{len(found)} elements"
         raise node.error(f"{name!r} has {many} <{tag}> in <{node.tag}>, expected one")
     return found[0]
+
+
+def _at_most_one(node: Node, tag: str) -> list[Node]:
+    """The element called `tag`, if there is one; which of several counts is not for us to say."""
+    found = node.all(tag)
+    if len(found) > 1:
+        raise found[1].error(f"a second <{tag}> in <{node.tag}>, expected one at most")
+    return found
 
 
 def _attribute(node: Node, key: str) -> str:
