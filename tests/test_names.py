@@ -17,6 +17,7 @@ from tests.cli.test_commands import run
 UNSEEN = [
     "\n", "\r", "\t", "\0", "\x1b", "\x7f", "\x85", "\x9b", "\u2028", "\u2029", "\ud800",
     "\u202e", "\u2066", "\u200b", "\u200d", "\ufeff", "\u00ad", "\U000e0041",
+    "\u3164", "\uffa0", "\u2800", "\u034f", "\ufe0f", "\U000e0100", "\uffff", "\ue000",
 ]  # fmt: skip
 
 
@@ -46,7 +47,15 @@ def test_length() -> None:
 def test_what_passes_is_one_line_without_escapes(text: str) -> None:
     if not flaw(text):
         assert len(text.splitlines()) <= 1
-        assert not {unicodedata.category(sign) for sign in text} & {"Cc", "Cf", "Cs", "Zl", "Zp"}
+        assert not {unicodedata.category(sign) for sign in text} & {
+            "Cc",
+            "Cf",
+            "Cn",
+            "Co",
+            "Cs",
+            "Zl",
+            "Zp",
+        }
         text.encode("utf-8")
     assert len(shown(text).splitlines()) <= 1
 

@@ -162,6 +162,13 @@ def test_a_mapping_and_the_file_may_not_differ_on_the_delimiter(tmp_path: Path) 
         read_measurements(tmp_path / "m.csv", STUDY, mapping)
 
 
+@pytest.mark.parametrize("digits", ["\uff16\uff17", "\u0663", "\uff11.5", "-\u0663", "\xb2"])
+def test_digits_of_other_scripts_are_no_numbers(digits: str, tmp_path: Path) -> None:
+    (tmp_path / "path.csv").write_text(PATH.replace("-2500", digits), encoding="utf-8")
+    with pytest.raises(InputError, match=f"column 'Fz': expected a number, found '{digits}'"):
+        of_a_path(tmp_path / "path.csv")
+
+
 def test_thousands_in_quotes_are_no_decimals(tmp_path: Path) -> None:
     """Between commas 1,200 in quotes may be either, so it is refused; 0,200 is no thousand."""
     (tmp_path / "path.csv").write_text(PATH.replace("-2500", '"-2,500"'))

@@ -55,6 +55,7 @@ def numbers_of(
     good = not (decimal == "," and "." in together) and "_" not in together
     if not together.isascii() or "'" in together or "d" in together.lower():
         cells = [_EXPONENT.sub("e", plain(cell).translate(_DASHES)) for cell in cells]
+        good = good and "".join(cells).isascii()  # Python takes digits of any script
     ready = [cell.replace(",", ".") for cell in cells] if decimal == "," else cells
     try:
         values = np.fromiter(map(float, ready), dtype=np.float64, count=len(ready))
@@ -79,7 +80,7 @@ def _problem(cell: str, decimal: str) -> str:
         return f"expected a number with a decimal comma as in the rows before, found {shown}"
     try:
         value = float(text.replace(",", ".") if decimal == "," else text)
-        if "_" not in text:
+        if "_" not in text and text.isascii():
             if abs(value) < LARGEST:
                 return ""
             more = f"; none here is {LARGEST:g} or more" if np.isfinite(value) else ""
