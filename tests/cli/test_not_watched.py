@@ -44,7 +44,7 @@ def test_on_every_screen(keys: str, tmp_path: Path) -> None:
     study.write_text(STUDY + keys, "utf-8")
     checked = flat(run("check", study).stdout)
     assert said in checked
-    hints = ["collision: {}" in checked.split("Not watched")[-1], "floor: {z_mm: 0}" in checked]
+    hints = ["collision: {}" in checked.split("Not watched")[-1], "floor: {z_mm: …}" in checked]
     assert hints == ["collision: off" in keys, "floor: off" in keys]
     assert said in flat(run("plan", study, "--out", plan).stdout)
     assert said in flat(run("evaluate", study, plan, "--random", "0").stdout)

@@ -68,7 +68,8 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         "measure more"
     ),
     "too-few-readings": lambda doubt: (
-        f"{_readings(doubt)} give {3 * doubt.numbers['readings']} coordinates, "
+        f"{_readings(doubt)} {'gives' if doubt.numbers['readings'] == 1 else 'give'} "
+        f"{3 * doubt.numbers['readings']} coordinates, "
         f"too few for the {len(doubt.about)} compliances {', '.join(doubt.about)}"
     ),
 }

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 _NAMES = {"itself": "the robot against itself"}
-_KEYS = {"itself": "collision: {}", "floor": "floor: {z_mm: 0}"}
+_KEYS = {"itself": "collision: {}", "floor": "floor: {z_mm: …}"}
 
 
 def watch(watched: Sequence[str], unwatched: Sequence[str], *, keys: bool = False) -> str:
@@ -19,7 +19,7 @@ def watch(watched: Sequence[str], unwatched: Sequence[str], *, keys: bool = Fals
     said = [f"Watched for collisions: {_listed(watched)}."] if watched else []
     if unwatched:
         mend = ", ".join(_KEYS[name] for name in unwatched)
-        hint = f" (a study says so by constraints: {{{mend}}})" if keys else ""
+        hint = f" (to watch it: constraints: {{{mend}}})" if keys else ""
         said.append(f"Not watched: {_listed(unwatched)}{hint}.")
     return " ".join(said)
 

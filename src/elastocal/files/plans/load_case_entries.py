@@ -23,7 +23,7 @@ def finite(value: Any, largest: float = LARGEST) -> float:
     """A number below `largest`; other values raise what is said behind the name of their key."""
     number = isinstance(value, (int, float)) and not isinstance(value, bool)
     if not number or not abs(value) < largest:
-        raise ValueError(f": expected a finite number, found {str(value)[:40]}")
+        raise ValueError(f": expected a finite number, found {repr(value)[:40]}")
     return float(value)
 
 
