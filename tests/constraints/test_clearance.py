@@ -19,6 +19,7 @@ from elastocal.constraints.collision.solid import bounding_capsule, solids_of
 from elastocal.errors import InputError
 from elastocal.robot.chain import Joint, Robot, Tool, transform
 from elastocal.robot.posture import Posture, forward_kinematics
+from elastocal.robot.rotations import from_zyx_angles
 from elastocal.robot.shapes import Shape
 from elastocal.robot.sources import kuka_kr270
 from tests.arms import central_difference, random_rotation, random_transform
@@ -291,6 +292,21 @@ def test_links_that_are_always_nearer_than_the_margin_are_left_out() -> None:
     assert (left.first, left.second) == ("plate 1", "plate 3")
     assert left.why == "always-near"
     assert len(watched([], CollisionRules(margin=0.005), robot)["itself"].pairs)
+
+
+@pytest.mark.parametrize(
+    ("height", "why"), [(0.0395, "always-close"), (0.0475, ""), (0.03, "always-near")]
+)
+def test_links_whose_gap_hardly_changes_are_left_out(height: float, why: str) -> None:
+    """A ball on a turntable over a plate that is not quite level: its gap changes by 6 mm."""
+    z = np.array([0.0, 0.0, 1.0])
+    joints = tuple(Joint(f"J{i}", np.eye(4), z, False, -3.0, 3.0) for i in range(1, 4))
+    level = transform(from_zyx_angles(np.array([[0.0, 0.0, 0.03]]))[0], (0.0, 0.0, 0.0))
+    plate = Shape("box", np.array([1.0, 1.0, 0.02]), level, 1, "plate")
+    ball = Shape("sphere", np.array([0.01]), transform(None, (0.2, 0.0, height)), 3, "ball")
+    robot = Robot("turntables", joints, collisions=(plate, ball))
+    left = {(x.first, x.second): x.why for x in watched([], robot=robot)["itself"].unwatched}
+    assert left.get(("plate", "ball"), "") == why
 
 
 def test_parts_inside_other_parts_and_many_parts_do_not_multiply(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ _NOT_WATCHED = {
     "stands-on-it": "the link stands on it",
     "always-touch": "nearly always touch",
     "always-near": "nearly always nearer than the margin",
+    "always-close": "never farther apart than twice the margin",
     "neighbours": "neighbours",
     "tracker-head": "the head of the tracker stands in it",
 }

@@ -22,6 +22,7 @@ from elastocal.robot.posture import Posture
 from elastocal.robot.reach import first_turning, random_posture
 
 _NATURE = 0.95  # in this share of random configurations what touches is made to; as MoveIt takes it
+_MOSTLY = 0.5  # share of configurations in which parts that are always close are nearer still
 _FOLDED = 2.0  # 1 / sin 30°: two links are nearer than they may be when folded further than that
 
 
@@ -33,7 +34,7 @@ class Unwatched:
         first: Name of the one.
         second: Name of the other.
         why: "ignored" by the study, "neighbours", "always-touch", "always-near" (nearer than the
-            margin) or "stands-on-it".
+            margin), "always-close" (never farther apart than twice the margin) or "stands-on-it".
     """
 
     first: str
@@ -93,10 +94,22 @@ def _always(
     i, j = group[0]
     if posture.robot.carriers[solids[i].body] == solids[j].body:
         return "neighbours"
-    gap = nearest(Pairs(tuple(solids), tuple(group)), posture, margin).value
-    if (gap < margin).mean() < _NATURE:
+    gap = nearest(Pairs(tuple(solids), tuple(group)), posture, 2.0 * margin).value
+    if not _by_nature(gap, margin):
         return ""
+    if (gap < margin).mean() < _NATURE:
+        return "always-close"
     return "always-touch" if (gap < 0.0).mean() >= _NATURE else "always-near"
+
+
+def _by_nature(gap: Array, margin: float) -> bool:
+    """Whether parts with these gaps [m], measured up to twice the margin, are made to be near.
+
+    Of some, as in a wrist, the gap hardly changes: whether it keeps the margin says more of the
+    solids put around them than of the robot.
+    """
+    near = (gap < margin).mean()
+    return bool(near >= _NATURE or (near >= _MOSTLY and gap.max() < 2.0 * margin))
 
 
 def _outer(
@@ -114,7 +127,7 @@ def _outer(
         if piece is None:
             continue
         gap = nearest(Pairs((piece, solids[j]), ((0, 1),)), posture, np.inf).value
-        if (gap < margin).mean() < _NATURE and np.ptp(gap) > _STILL:
+        if not _by_nature(gap, margin) and np.ptp(gap) > _STILL:
             yield piece, j
 
 
