@@ -201,7 +201,7 @@ def test_formats_that_are_not_read_say_what_to_do(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"'\.wrl' is not read; save it as one of \.stl, \.obj"):
         hulls(shape(path))
     (tmp_path / "link.stl").write_text("solid")
-    with pytest.raises(InputError, match=r"name link\.stl in the robot file instead, which lies"):
+    with pytest.raises(InputError, match=r"name link\.stl instead, which lies"):
         hulls(shape(path))
 
 

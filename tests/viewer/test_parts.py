@@ -95,20 +95,20 @@ def test_robots_from_files_are_drawn_with_their_own_shapes(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("urdf", "base", "tip", "read"),
+    ("urdf", "base", "tip"),
     [
-        ("robots/talos_left_arm.urdf", "arm_left_1_link", "gripper_left_base_link", True),
-        ("urdf/ur5_robot.urdf", "base_link", "tool0", False),
+        ("robots/talos_left_arm.urdf", "arm_left_1_link", "gripper_left_base_link"),
+        ("urdf/ur5_robot.urdf", "base_link", "tool0"),
     ],
 )
-def test_robots_with_meshes(urdf: str, base: str, tip: str, read: bool) -> None:
-    """Meshes of one format are drawn; those of another are replaced by the collision meshes."""
+def test_robots_with_meshes(urdf: str, base: str, tip: str) -> None:
+    """Meshes of either format, STL and COLLADA, are drawn."""
     path = zoo(urdf)
     folder = next(up for up in path.parents if up.name == "example-robot-data")
     robot = from_urdf(path, base=base, tip=tip, packages={"example-robot-data": folder})
     parts, remarks = robot_parts(robot)
-    assert len(parts) == len(robot.visuals if read else robot.collisions)
-    assert bool(remarks) != read
+    assert len(parts) == len(robot.visuals)
+    assert not remarks
     assert sum(len(part.solid.triangles) for part in parts) > 5000
     frames = rigid_frames(robot, np.zeros(len(robot.joints)))
     for part in parts:

@@ -118,7 +118,7 @@ def _instead(path: Path) -> str:
         None,
     )
     if beside:
-        return f"name {beside} in the robot file instead, which lies beside it"
+        return f"name {beside} instead, which lies beside it"
     return f"save it as one of {', '.join(FORMATS)} and name that"
 
 
