@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 
 
 def main() -> None:
     """Run the command line; stopped while it is still loading, it ends as quietly as later."""
     try:
+        import signal
+
         from typer.main import get_command
 
         from elastocal.cli import app

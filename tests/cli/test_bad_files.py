@@ -63,11 +63,11 @@ IN_A_STUDY = {  # what a study says, and the line of it
     "robot": (STUDY.replace("three-link", "{urdf: bad.urdf}"), 2),
     "xacro": (STUDY.replace("three-link", "{urdf: bad.xacro}"), 2),
     "included": (STUDY.replace("three-link", "{urdf: whole.xacro}"), 2),
-    "prior": (f"{STUDY}prior: {{plan: bad.json}}\n", 7),
-    "known": (f"{STUDY}known: bad.json\nidentify: [J1]\n", 7),
+    "prior": (f"{STUDY}prior: {{plan: bad.json}}\n", 8),
+    "known": (f"{STUDY}known: bad.json\nidentify: [J1]\n", 8),
     "path": (STUDY.replace("q_deg: [0, 60, -45], force_N: [0, 290, -960]", "path: bad.csv"), 4),
     "mesh": (
-        f"{STUDY}constraints: {{obstacles: [{{name: box, mesh: bad.stl, mesh_unit: mm}}]}}\n",
+        STUDY.replace("{coll", "{obstacles: [{name: box, mesh: bad.stl, mesh_unit: mm}], coll"),
         7,
     ),
 }

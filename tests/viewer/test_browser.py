@@ -10,15 +10,15 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from elastocal.design.exact import Effort
 from elastocal.files.plans.plan_file import write_plan
 from elastocal.files.study.study_file import read_study
-from tests.report.examples import kuka_plan
+from elastocal.planning.plan import plan as planned
 from tests.viewer.examples import ROBOTS
 from tests.viewer.test_live import free_port
 
@@ -127,7 +127,7 @@ class Visit:
 def test_plan_is_stepped_through_and_moved_by_hand(browser: Any, tmp_path: Path) -> None:
     plan = tmp_path / "plan.json"
     study, model = KR270 / "study.yaml", KR270 / "truth.json"
-    write_plan(replace(kuka_plan(), study=read_study(study)), plan)
+    write_plan(planned(read_study(study), effort=Effort(batch=24, generations=2)), plan)
     with served(study, "--plan", plan, "--model", model) as (address, process):
         visit = Visit(browser, address)
         assert "mm" in visit.says("deflection")

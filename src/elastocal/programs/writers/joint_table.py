@@ -33,7 +33,7 @@ def write(program: RobotProgram, settings: Settings) -> dict[str, str]:
     columns = ["step", "do", "target", "experiment", "loaded", "seconds"]
     columns += [f"{_cell(robot.joints[i].name)} [{robot.joints[i].kind.key}]" for i in layout.order]
     head = header(program, settings, 98, units="deg, mm", start=START)
-    lines = [f"# {_split_by_nobody(line)}" for line in head]
+    lines = [f"# {_split_by_nobody(line)}".rstrip() for line in head]
     lines.append(",".join([*columns, "text"]))
     here, label = [""] * len(robot.joints), ""
     for number, step in enumerate(program.steps, 1):
@@ -61,4 +61,4 @@ def _cell(text: str) -> str:
 
 
 def _split_by_nobody(text: str) -> str:
-    return plain(text).replace(", ", "; ").replace(",", "; ").replace("|", "/")
+    return plain(text).replace(", ", "; ").replace(",", "; ").replace("|", "/").strip()
