@@ -100,6 +100,7 @@ Code = Literal[
     "large-tool",
     "small-angles",
     "small-pose-force",
+    "pose-below-floor",
     "small-force",
     "coarse-sigma",
     "near-tracker",

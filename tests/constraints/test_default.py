@@ -21,6 +21,7 @@ from elastocal.constraints.clearance import Clearance
 from elastocal.constraints.watch import watch_of
 from elastocal.errors import InputError
 from elastocal.files.study.study_file import parse_study
+from elastocal.planning.study_check import _doubts
 from elastocal.robot.chain import Joint, Robot, Tool, transform
 from elastocal.robot.posture import Posture, forward_kinematics
 from elastocal.robot.reach import reach_of
@@ -337,3 +338,16 @@ def test_home_is_free_if_nobody_says_where_it_is() -> None:
     assert turned == pytest.approx(30.0 * np.round(turned / 30.0))
     assert turned.any()
     assert min(float(c.margin(robot, watched.pace.home[None])[0]) for c in cell) >= 0.0
+
+
+def test_a_task_below_the_floor_is_said() -> None:
+    assert "pose-below-floor" not in {doubt.code for doubt in ec.check(study(QUIET)).doubts}
+    made = study(QUIET + "  floor: {z_mm: 5000}\n  collision: off\n")
+    (pose,) = made.test_poses
+    assert pose.cases is not None
+    assert pose.tool is not None
+    tcp = Posture(made.robot, pose.cases.q).point(pose.tool.tcp)
+    below = [d for d in _doubts(made, 3.0) if d.code == "pose-below-floor"]
+    assert [(d.about, d.numbers["by"]) for d in below] == [
+        ((pose.name,), pytest.approx(5.0 - float(tcp[2, 0]), abs=1e-6))
+    ]

@@ -16,7 +16,7 @@ from elastocal.cli.common import (
     note_parted,
     print_json,
 )
-from elastocal.errors import InputError
+from elastocal.errors import InfeasibleError, InputError
 
 if TYPE_CHECKING:
     from elastocal.arrays import Array
@@ -76,17 +76,21 @@ def export_command(
     note_parted([plan_file])
     note_origin(plan_file.name, proposal, study, study_for(proposal, study).known)
     folder, name = _place(out, to)
-    program = campaign_program(
-        study,
-        proposal.load_cases,
-        proposal.repeats,
-        name=name or study.name,
-        home=_home(study, home),
-        approach=Approach(float(np.radians(prebias_deg)), prebias_mm / 1e3, settle_s),
-        speed=speed_percent / 100.0,
-        digest=file_hash(plan_file),
-        via=proposal.via,
-    )
+    try:
+        program = campaign_program(
+            study,
+            proposal.load_cases,
+            proposal.repeats,
+            name=name or study.name,
+            home=_home(study, home),
+            approach=Approach(float(np.radians(prebias_deg)), prebias_mm / 1e3, settle_s),
+            speed=speed_percent / 100.0,
+            digest=file_hash(plan_file),
+            via=proposal.via,
+        )
+    except InfeasibleError as error:
+        named = InfeasibleError(f"{plan_file.name}: {error}")
+        raise named.with_doubts(*error.doubts) from None
     refuse_false_claims(plan_file.name, proposal, study)
     if study_file is not None:
         beside = (("study", file_hash(study_file)),)

@@ -23,7 +23,7 @@ from elastocal.robot.posture import Posture
 from elastocal.study.criteria import renamed
 from elastocal.study.identifiability import check_count, check_identifiable
 from elastocal.study.left_rigid import left_rigid
-from elastocal.study.study import Study
+from elastocal.study.study import Study, TestPose
 
 HEAD = "tracker-head"
 """Why a beam is not watched: what it would touch is at the head of the tracker."""
@@ -136,6 +136,7 @@ def _doubts(study: Study, reach: float) -> Iterator[Doubt]:
     for pose in study.test_poses:
         if pose.cases is None:
             continue
+        yield from _below_floor(study, pose)
         turning = np.abs(pose.cases.q[:, ~study.robot.prismatic])
         if turning.any() and turning.max() < _SMALL_ANGLE:
             yield Doubt("small-angles", (pose.name,), numbers={"below": _SMALL_ANGLE})
@@ -158,6 +159,17 @@ def _doubts(study: Study, reach: float) -> Iterator[Doubt]:
         yield Doubt("no-task", idle)
     yield from left_rigid(study)
     yield from renamed(study)
+
+
+def _below_floor(study: Study, pose: TestPose) -> Iterator[Doubt]:
+    """A task below the floor that the campaign keeps clear of."""
+    heights = [c.height for c in study.constraints if isinstance(c, Clearance)]
+    floors = [height for height in heights if height is not None]
+    if floors and pose.cases is not None and pose.tool is not None:
+        tcp = Posture(study.robot, pose.cases.q).point(pose.tool.tcp)
+        depth = max(floors) - float(tcp[2].min())
+        if depth > 0.0:
+            yield Doubt("pose-below-floor", (pose.name,), numbers={"by": round(depth, 6)}, unit="m")
 
 
 def _tools(study: Study, reach: float) -> Iterator[Doubt]:

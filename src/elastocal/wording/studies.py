@@ -92,6 +92,10 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         f"the force at test pose {doubt.about[0]!r} is only {doubt.numbers['force']:g} N: were "
         "kilonewtons meant?"
     ),
+    "pose-below-floor": lambda doubt: (
+        f"the tool at test pose {doubt.about[0]!r} is {_mm(doubt, 'by')} below the floor: is the "
+        "floor elsewhere, as in constraints: {floor: {z_mm: -300}}?"
+    ),
     "small-force": lambda doubt: (
         f"the calibration force is only {doubt.numbers['force']:g} N: were kilonewtons meant?"
     ),

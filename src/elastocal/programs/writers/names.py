@@ -24,6 +24,7 @@ DEVICES = frozenset(
     ["CON", "PRN", "AUX", "NUL", *(f"{port}{i}" for port in ("COM", "LPT") for i in range(10))]
 )
 """Names that no file has on Windows, whatever its ending."""
+_BEFORE_A_STOP = re.compile(r"\b(deg|percent) (?=[.,:)])")
 _DIGEST = 6  # signs of the digest that a made name ends in: 30 bits
 
 
@@ -43,7 +44,8 @@ def plain(text: str) -> str:
     Quotes end strings, backslashes change what follows, brackets end messages and semicolons
     instructions of FANUC; percent signs in messages of KUKA stand for what is not there.
     """
-    return " ".join(ascii_text(text).translate(_HARMLESS).replace("%", " percent ").split())
+    line = " ".join(ascii_text(text).translate(_HARMLESS).replace("%", " percent ").split())
+    return _BEFORE_A_STOP.sub(r"\1", line)
 
 
 def program_name(
