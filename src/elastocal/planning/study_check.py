@@ -24,6 +24,7 @@ from elastocal.study.criteria import renamed
 from elastocal.study.identifiability import check_count, check_identifiable
 from elastocal.study.left_rigid import left_rigid
 from elastocal.study.study import Study, TestPose
+from elastocal.study.test_path import TestPath
 
 HEAD = "tracker-head"
 """Why a beam is not watched: what it would touch is at the head of the tracker."""
@@ -161,7 +162,7 @@ def _doubts(study: Study, reach: float) -> Iterator[Doubt]:
     yield from renamed(study)
 
 
-def _below_floor(study: Study, pose: TestPose) -> Iterator[Doubt]:
+def _below_floor(study: Study, pose: TestPose | TestPath) -> Iterator[Doubt]:
     """A task below the floor that the campaign keeps clear of."""
     heights = [c.height for c in study.constraints if isinstance(c, Clearance)]
     floors = [height for height in heights if height is not None]
