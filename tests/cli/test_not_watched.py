@@ -81,6 +81,8 @@ def test_in_every_header_and_in_the_live_view_of_a_study_made_in_python(controll
 
 def test_the_report_of_a_plan_without_a_file() -> None:
     study = kr270_study()
+    cell = ec.default_clearances(study.robot, study.experiments.tool)
+    study = replace(study, constraints=(*study.constraints, *cell))
     plan = ec.plan(study, effort=ec.Effort(batch=12, generations=2, patience=1, islands=1))
     assert "Not watched" not in html(Contents(plan))
     bare = html(Contents(replace(plan, study=replace(study, constraints=()))))
