@@ -11,6 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from elastocal.files.measurements.measurement_file import read_measurements, write_measurements
+from elastocal.names import flaw
 from tests.files.campaign import measurements, study
 
 WHAT = study()
@@ -36,9 +37,15 @@ def test_what_is_written_is_read_back(tmp_path: Path, own: int) -> None:
     assert again.read_text() == path.read_text()
 
 
-NAMES = st.text(
-    st.characters(exclude_categories=["Cc", "Cf", "Cs", "Zl", "Zp", "Zs"]), min_size=1, max_size=12
-).filter(lambda name: not name.startswith("'"))
+NAMES = (
+    st.text(
+        st.characters(exclude_categories=["Cc", "Cf", "Cs", "Zl", "Zp", "Zs"]),
+        min_size=1,
+        max_size=12,
+    )
+    .filter(lambda name: not flaw(name))
+    .filter(lambda name: not name.startswith("'"))
+)
 
 
 @given(

@@ -202,5 +202,5 @@ def test_claims_of_all_criteria_are_read_in_si(plan: ec.Plan, tmp_path: Path) ->
     assert set(again) == set(claims) - {"G"}
     document["criteria"]["G"] = "19"
     path.write_text(json.dumps(document), "utf-8")
-    with pytest.raises(PlanFileError, match="criteria, G: expected a finite number, found 19"):
+    with pytest.raises(PlanFileError, match="criteria, G: expected a finite number, found '19'"):
         ec.read_proposal(path, plan.study)
