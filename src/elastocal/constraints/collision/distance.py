@@ -218,10 +218,8 @@ class _Entries:
         """Distances of segments from each other in one go, from boxes and planes one by one."""
         p = self.pairs
         for chosen, box in p.groups:
-            k = np.arange(len(self.pair))
-            if len(p.groups) > 1:
-                k = k[np.isin(self.pair, chosen)]
-            pair, case = self.pair[k], self.case[k]
+            here = np.isin(self.pair, chosen) if len(p.groups) > 1 else slice(None)
+            pair, case = self.pair[here], self.case[here]
             if not len(pair):
                 continue
             i, j = p.first[pair], p.second[pair]
@@ -235,13 +233,13 @@ class _Entries:
             else:
                 pose = box.box_pose
                 found = segment_and_box(a, b, pose[:3, :3], pose[:3, 3], box.half)
-            self.exact[k] = p.exact[i] & p.exact[j]
-            self.distance[k] = found.distance - p.radius[i] - outer
-            self.first[:, k] = found.first - p.radius[i] * found.normal
-            self.second[:, k] = found.second + outer * found.normal
-            self.normal[:, k] = found.normal
-            if box is not None and box.kind == "plane":
-                self._settle(box, k[~self.exact[k]])
+            self.exact[here] = p.exact[i] & p.exact[j]
+            self.distance[here] = found.distance - p.radius[i] - outer
+            self.first[:, here] = found.first - p.radius[i] * found.normal
+            self.second[:, here] = found.second + outer * found.normal
+            self.normal[:, here] = found.normal
+            if box is not None and box.kind == "plane" and not self.exact[here].all():
+                self._settle(box, np.flatnonzero(np.isin(self.pair, chosen) & ~self.exact))
 
     def _settle(self, plane: Solid, k: IntArray) -> None:
         """From a plane every solid has a closed form: its lowest point is the nearest."""
