@@ -66,7 +66,6 @@ def view_command(
 def _subject(study: Study, plan: Path | None) -> Subject:
     """The study with the poses of a plan, and what its certificate tells of any place."""
     from elastocal.cli.inputs import note_origin, refuse_false_claims
-    from elastocal.files.plans.certificate_section import read_certified_design
     from elastocal.files.plans.proposal_file import read_proposal, study_for
     from elastocal.planning.sensitivity import sensitivity
     from elastocal.viewer.subject import Subject, stops_of
@@ -78,9 +77,8 @@ def _subject(study: Study, plan: Path | None) -> Subject:
     written, study = study, study_for(proposal, study)
     note_origin(plan.name, proposal, written, study.known)
     refuse_false_claims(plan.name, proposal, written)
-    certified = read_certified_design(plan, study.robot)
     known = peak = None
-    if certified is not None:
-        known, peak = sensitivity(study, *certified), certified.peak
+    if proposal.certified is not None:
+        known, peak = sensitivity(study, *proposal.certified), proposal.certified.peak
     stops = stops_of(study, proposal.load_cases, proposal.repeats, peak, proposal.via)
     return Subject(study, stops, sensitivity=known)

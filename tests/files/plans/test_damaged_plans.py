@@ -11,9 +11,8 @@ import pytest
 
 import elastocal as ec
 from elastocal.errors import InputError
-from elastocal.files.plans.plan_file import plan_document
+from elastocal.files.plans.plan_file import plan_document, read_with_study
 from elastocal.files.plans.proposal_file import Proposal, read_proposal
-from elastocal.files.study.embedded_study import embedded_study
 from elastocal.files.study.study_file import parse_study
 from tests.files.damage import damaged
 
@@ -70,8 +69,6 @@ def test_every_node_is_what_it_was_or_named(study: ec.Study, document: Any, tmp_
 def what_is_said(path: Path, study: ec.Study, *, within_study: bool) -> Proposal | str:
     """The plan, or the sentence that refuses it."""
     try:
-        if within_study:
-            embedded_study(path)
-        return read_proposal(path, study)
+        return read_with_study(path, None if within_study else study)[0]
     except InputError as error:
         return str(error)

@@ -11,7 +11,6 @@ import pytest
 
 import elastocal as ec
 from elastocal.errors import Doubt, PlanFileError
-from elastocal.files.plans.certificate_section import read_certified_design
 from elastocal.planning.certificate import Bound, lower_bound
 from elastocal.planning.evaluation import evaluate
 from elastocal.wording import worded
@@ -77,7 +76,7 @@ def test_a_run_sheet_needs_its_study(plan: ec.Plan, tmp_path: Path) -> None:
 def test_what_a_certificate_rests_on_is_read_back(plan: ec.Plan, tmp_path: Path) -> None:
     ec.write_plan(plan, tmp_path / "plan.json")
     ec.write_run_sheet(plan, tmp_path / "plan.csv")
-    found = read_certified_design(tmp_path / "plan.json", plan.study.robot)
+    found = ec.read_proposal(tmp_path / "plan.json", plan.study).certified
     made = plan.certificate
     assert found is not None
     assert made.support is not None
@@ -87,7 +86,7 @@ def test_what_a_certificate_rests_on_is_read_back(plan: ec.Plan, tmp_path: Path)
     np.testing.assert_allclose(found.weights, made.weights / made.weights.sum(), rtol=1e-12)
     np.testing.assert_allclose(found.peak.q, made.peak.q, atol=1e-12)
     np.testing.assert_array_equal(found.peak.wrench, made.peak.wrench)
-    assert read_certified_design(tmp_path / "plan.csv", plan.study.robot) is None
+    assert ec.read_proposal(tmp_path / "plan.csv", plan.study).certified is None
 
 
 @pytest.mark.parametrize("weights", [[3.0, 1.0], [-1.0, 2.0], [0.0, 0.0]])
@@ -103,15 +102,15 @@ def test_weights_of_a_certificate_are_shares(
     ]
     path.write_text(json.dumps(document), "utf-8")
     if weights == [3.0, 1.0]:
-        found = read_certified_design(path, plan.study.robot)
+        found = ec.read_proposal(path, plan.study).certified
         assert found is not None
         np.testing.assert_allclose(found.weights, [0.75, 0.25])
     else:
         with pytest.raises(PlanFileError, match="must be shares of 1"):
-            read_certified_design(path, plan.study.robot)
+            ec.read_proposal(path, plan.study)
     del document["certificate"]["continuous_design"]
     path.write_text(json.dumps(document), "utf-8")
-    assert read_certified_design(path, plan.study.robot) is None
+    assert ec.read_proposal(path, plan.study).certified is None
 
 
 def test_a_run_sheet_that_a_spreadsheet_saved_is_read(plan: ec.Plan, tmp_path: Path) -> None:

@@ -10,9 +10,8 @@ import pytest
 
 import elastocal as ec
 from elastocal.errors import InputError, PlanFileError, StudyError
-from elastocal.files.plans.plan_file import plan_document
+from elastocal.files.plans.plan_file import plan_document, read_with_study
 from elastocal.files.plans.proposal_file import study_for
-from elastocal.files.study.embedded_study import embedded_study
 from elastocal.files.study.study_file import parse_study
 from elastocal.planning.certificate import lower_bound
 from elastocal.planning.evaluation import evaluate
@@ -72,7 +71,7 @@ def test_a_plan_knows_what_it_knew(folder: Path, tmp_path: Path) -> None:
     """Embedded: neither study nor model need be beside it."""
     alone = tmp_path / "plan.json"
     alone.write_bytes((folder / "plan_2.json").read_bytes())
-    made, again = second(folder, "model.json"), embedded_study(alone)
+    made, again = second(folder, "model.json"), read_with_study(alone)[1]
     assert again.known is not None
     assert made.known is not None
     np.testing.assert_allclose(again.prior, made.prior, rtol=1e-12)
@@ -169,7 +168,7 @@ def test_a_section_that_is_damaged_is_refused(folder: Path) -> None:
         section = document["known"] | change if isinstance(change, dict) else change
         path.write_text(json.dumps(document | {"known": section}), "utf-8")
         with pytest.raises(InputError, match=message):
-            embedded_study(path)
+            read_with_study(path)
 
 
 def test_a_first_plan_says_what_it_leaves_rigid(folder: Path) -> None:

@@ -12,9 +12,8 @@ import pytest
 
 import elastocal as ec
 from elastocal.errors import PlanFileError, StudyError
-from elastocal.files.plans.plan_file import plan_document, write_plan
+from elastocal.files.plans.plan_file import plan_document, read_with_study, write_plan
 from elastocal.files.plans.proposal_file import read_proposal
-from elastocal.files.study.embedded_study import embedded_study
 from elastocal.files.study.study_file import parse_study
 from elastocal.planning.assessment import Assessment
 from elastocal.study.study import Study
@@ -187,10 +186,10 @@ def changed(folder: Path, to: Path) -> Path:
 def test_a_changed_path_is_noticed(planned: tuple[Path, ec.Plan], tmp_path: Path) -> None:
     """Where the study of the plan is used it is refused; beside a study it is said."""
     folder, plan = planned
-    assert embedded_study(folder / "plan.json").path_hashes == plan.study.path_hashes
+    assert read_with_study(folder / "plan.json")[1].path_hashes == plan.study.path_hashes
     other = changed(folder, tmp_path)
     with pytest.raises(PlanFileError, match=r"path 'joints.csv' has changed since this plan"):
-        embedded_study(other / "plan.json")
+        read_with_study(other / "plan.json")
     proposal = read_proposal(other / "plan.json", plan.study)
     assert proposal.path_hashes == plan.study.path_hashes
     refused = run("export", other / "plan.json", "--to", "csv", "--out", other)

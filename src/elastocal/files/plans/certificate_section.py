@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,10 +9,7 @@ import numpy as np
 from elastocal.arrays import Array, frozen
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import PlanFileError
-from elastocal.files.plans.document import document_of
 from elastocal.files.plans.load_case_entries import finite_at, read_load_cases
-from elastocal.files.tables.csv_table import is_table
-from elastocal.files.texts import read_text
 from elastocal.robot.chain import Robot
 
 
@@ -26,19 +22,6 @@ class CertifiedDesign(NamedTuple):
     """(S,) their weights; they sum to 1."""
     peak: LoadCases
     """The load case where the sensitivity is largest."""
-
-
-def read_certified_design(path: str | Path, robot: Robot) -> CertifiedDesign | None:
-    """The continuous design in a plan file; None if there is none, as in a plan.csv.
-
-    Raises:
-        PlanFileError: not a plan, or not for this robot; names the key.
-    """
-    path = Path(path)
-    if is_table(path):
-        return None
-    section = document_of(read_text(path), path).get("certificate") or {}
-    return certified_design(section, robot, f"{path}: certificate")
 
 
 def certified_design(section: dict[str, Any], robot: Robot, where: str) -> CertifiedDesign | None:

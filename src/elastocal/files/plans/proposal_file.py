@@ -12,7 +12,7 @@ from elastocal.arrays import Array, IntArray
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InputError, PlanFileError
 from elastocal.files.compliance_units import factor_to_si
-from elastocal.files.plans.certificate_section import certified_design
+from elastocal.files.plans.certificate_section import CertifiedDesign, certified_design
 from elastocal.files.plans.covariance_section import claimed_covariance
 from elastocal.files.plans.document import document_of
 from elastocal.files.plans.done_section import read_done
@@ -62,6 +62,7 @@ class Proposal:
         known: What it knew of further springs, None if nothing.
         prior_hash: Hash of the plan that was carried out before it, empty if not said.
         edited: Whether its load cases are others than when it was written.
+        certified: The continuous design its certificate rests on, None if there is none.
     """
 
     name: str
@@ -81,6 +82,7 @@ class Proposal:
     known: Known | None = None
     prior_hash: str = ""
     edited: bool = False
+    certified: CertifiedDesign | None = None
 
     @property
     def count(self) -> int:
@@ -129,7 +131,7 @@ def proposal_in(document: dict[str, Any], path: Path, robot: Robot) -> Proposal:
     repeats = np.array([_repeats(n, f"{path}, load case {i + 1}") for i, n in enumerate(counts)])
     check_kinds({"load_cases": entries}, path, PlannedCasesFile)
     certificate = _section(document, "certificate")
-    certified_design(certificate, robot, f"{path}: certificate")  # for its errors
+    certified = certified_design(certificate, robot, f"{path}: certificate")
     named = document.get("criterion") or ""
     criterion = _name_today(named, document)
     if criterion and criterion not in CRITERIA:
@@ -190,6 +192,7 @@ def proposal_in(document: dict[str, Any], path: Path, robot: Robot) -> Proposal:
         read_known(document["known"], robot, f"{path}: known") if "known" in document else None,
         origin.get("prior_sha256", ""),
         bool(digest) and digest != load_cases_hash(entries, document.get("via", [])),
+        certified,
     )
 
 

@@ -6,16 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from elastocal.errors import PlanFileError, StudyError
-from elastocal.files.plans.document import document_of
 from elastocal.files.study.known import embedded_known
 from elastocal.files.study.study_file import parse_study
-from elastocal.files.texts import read_text
 from elastocal.study.study import Study
-
-
-def embedded_study(plan: Path) -> Study:
-    """The study embedded in a plan.json, see `study_in`."""
-    return study_in(document_of(read_text(plan), plan), plan)
 
 
 def study_in(document: dict[str, Any], plan: Path) -> Study:

@@ -12,7 +12,7 @@ from elastocal.errors import InputError, PlanFileError
 from elastocal.files.models.model_file import read_model, readings_in
 from elastocal.files.plans.document import document_of
 from elastocal.files.plans.known_section import read_known
-from elastocal.files.plans.proposal_file import read_proposal, study_for
+from elastocal.files.plans.proposal_file import proposal_in, study_for
 from elastocal.files.tables.csv_table import is_table
 from elastocal.files.texts import file_hash, read_text
 from elastocal.planning.assessment import assess
@@ -77,7 +77,7 @@ def _promised(text: str, path: Path, robot: Robot, study_of: StudyOf) -> Complia
     study = study_of(written, path, embedded_known(document, path))
     if geometry_hash(study.robot) != geometry_hash(robot):
         raise PlanFileError(f"{path}: is a plan for another robot, {study.robot.name!r}")
-    proposal = read_proposal(path, study)
+    proposal = proposal_in(document, path, study.robot)
     study = study_for(proposal, study)
     worth = assess(study, proposal.load_cases, proposal.repeats)
     if not worth.identifiable:
