@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 
 from elastocal.cli.common import replaceable, writable
@@ -33,8 +34,8 @@ def write_program(
     folder: Path,
     *inputs: Path,
     force: bool,
-) -> list[Path]:
-    """Write a program for a controller, whole or not at all.
+) -> dict[Path, str]:
+    """Write a program for a controller, whole or not at all; its files and what is in them.
 
     Raises:
         InputError: the controller cannot take it or its name, or another file stands there: one
@@ -50,7 +51,7 @@ def write_program(
     with undisturbed():
         for path, text in files.items():
             write_text(path, text)
-    return list(files)
+    return files
 
 
 def _refuse_others(files: dict[Path, str], folder: Path) -> None:
@@ -75,12 +76,16 @@ def _sources(text: str) -> set[tuple[str, str]]:
     return {(found[1], found[2]) for found in _SOURCE.finditer(text)}
 
 
-def said(files: list[Path], to: str, settings: Settings) -> list[str]:
+def said(files: Mapping[Path, str], to: str, settings: Settings) -> list[str]:
     """What to tell of a program that was written: where it is, how long, how it is started."""
     named = [str(file) for file in files]
     if len(named) > _SHOWN:
         named = [named[0], f"{len(named) - 1} files more"]
-    large = too_long(to, {path.name: path.read_text(encoding="ascii") for path in files})
     paged = f"All its {len(files)} files are needed, in their order." * (len(files) > _PARTS)
-    lines = [start(to, settings, files[0].stem), paged, large, "wrote " + " and ".join(named)]
+    lines = [
+        start(to, settings, next(iter(files)).stem),
+        paged,
+        too_long(to, files),
+        "wrote " + " and ".join(named),
+    ]
     return [line for line in lines if line]

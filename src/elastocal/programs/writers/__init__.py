@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from elastocal.errors import InputError
 from elastocal.programs.robot_program import RobotProgram
 from elastocal.programs.writers import fanuc, joint_table, krl, rapid, ros, urscript
@@ -49,7 +52,7 @@ def start(controller: str, settings: Settings, name: str) -> str:
     return how.format(name=name)
 
 
-def too_long(controller: str, files: dict[str, str]) -> str:
+def too_long(controller: str, files: Mapping[Any, str]) -> str:
     """A sentence on the size of a program that may be too large; empty if it is not."""
     size = sum(map(len, files.values()))
     if size <= LARGE:
