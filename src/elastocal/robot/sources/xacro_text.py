@@ -17,9 +17,9 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from elastocal.errors import InputError
+from elastocal.robot.sources.urdf_tree import first_few
 
 _SECONDS = 30.0
-_SHOWN = 6
 _SCRIPT = """
 import json, sys
 try:
@@ -125,7 +125,7 @@ def expanded(
             )
     if not answer["links"] and answer["macros"]:
         raise InputError(
-            f"{path}: it only defines macros ({_listed(answer['macros'])}) and calls none that "
+            f"{path}: it only defines macros ({first_few(answer['macros'])}) and calls none that "
             "gives links; name the file that calls them"
         )
     return _portable(str(answer["text"]), folders).encode()
@@ -148,7 +148,7 @@ def _refuse_unknown(path: Path, given: Mapping[str, str], asked: Sequence[str]) 
     if near:
         hint = f"did you mean {near[0]!r}?"
     else:
-        hint = f"it has {_listed(asked)}" if asked else "it has none"
+        hint = f"it has {first_few(asked)}" if asked else "it has none"
     raise InputError(f"{path}: there is no xacro argument {unknown!r}; {hint}")
 
 
@@ -157,11 +157,6 @@ def _portable(text: str, folders: Mapping[str, str]) -> str:
     for name, folder in sorted(folders.items(), key=lambda item: -len(item[1])):
         text = re.sub(f"(file:/*)?{re.escape(folder)}(?=/)", f"package://{name}", text)
     return text
-
-
-def _listed(names: Sequence[str]) -> str:
-    more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
-    return ", ".join(names[:_SHOWN]) + more
 
 
 def _first_line(reason: str) -> str:
