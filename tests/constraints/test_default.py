@@ -21,7 +21,7 @@ from elastocal.constraints.clearance import Clearance
 from elastocal.constraints.watch import watch_of
 from elastocal.errors import InputError
 from elastocal.files.study.study_file import parse_study
-from elastocal.planning.study_check import _doubts
+from elastocal.planning.study_check import _doubts, check
 from elastocal.robot.chain import Joint, Robot, Tool, transform
 from elastocal.robot.posture import Posture, forward_kinematics
 from elastocal.robot.reach import reach_of
@@ -30,6 +30,7 @@ from elastocal.robot.shapes import Shape
 from elastocal.robot.sources import DHRow, from_dh, kuka_kr270
 from tests.arms import Oracle
 from tests.cli.test_bad_studies import GOOD
+from tests.cli.test_not_watched import STUDY
 
 QUIET = GOOD.replace("  collision: off\n  floor: off\n", "")
 X, Y, Z = np.eye(3)
@@ -351,3 +352,19 @@ def test_a_task_below_the_floor_is_said() -> None:
     assert [(d.about, d.numbers["by"]) for d in below] == [
         ((pose.name,), pytest.approx(5.0 - float(tcp[2, 0]), abs=1e-6))
     ]
+
+
+def test_check_names_the_parts_that_refuse_most() -> None:
+    """A ball over the reach of all but the last link; a height is a constraint without parts."""
+    ball = "  obstacles: [{name: ball, sphere_radius_mm: 300, center_mm: [0, 0, 2800]}]\n"
+    rules = "  collision: {self: false}\n  floor: off\n"
+    found = check(study(STUDY + "constraints:\n" + ball + rules))
+    assert (found.bottleneck, found.within, found.within_share) == (
+        "clearance from ball >= 20 mm",
+        "clearance of J3 from ball >= 20 mm",
+        1.0,
+    )
+    off = "  collision: off\n  floor: off\n"
+    found = check(study(STUDY + "constraints:\n  workspace: {min_z_mm: 800}\n" + off))
+    assert (found.within, found.within_share) == ("", 0.0)
+    assert 0.0 < found.feasible_share < 1.0

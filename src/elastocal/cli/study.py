@@ -86,6 +86,8 @@ def check_command(
                 "feasible_share": checkup.feasible_share,
                 "seen_share": dict(checkup.seen),
                 "bottleneck": checkup.bottleneck,
+                "bottleneck_within": checkup.within,
+                "bottleneck_within_share": checkup.within_share,
                 "controller_shows": shown_values(study.robot, study.coupling),
                 "remarks": [*study.robot.remarks, *map(worded, checkup.doubts)],
                 "doubts": doubt_entries(checkup.doubts),

@@ -6,6 +6,7 @@ about numbers that look like another unit. Nothing is guessed or corrected.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
@@ -37,6 +38,7 @@ _SMALL_ANGLE = float(np.radians(6.3))  # of a turn in radians taken for degrees
 _SMALL_FORCE = 1.0  # [N]
 _COARSE = 1e-3  # σ [m]
 _COARSE_ROTATION = 3e-3  # σ of a rotation [rad]
+_LOOKED_AT = 400  # refused configurations of which it is asked what refuses them
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,9 @@ class Checkup:
         reach: Largest distance of the load point from the base origin found [m].
         feasible_share: Share of random configurations that satisfy the constraints.
         bottleneck: Constraint that refuses most of them, empty if there is none.
+        within: What of that constraint refuses most often, as two parts of the robot that come
+            near each other; empty if it is the constraint itself.
+        within_share: In which share of what the bottleneck refuses that is the worst.
         problem: Why the campaign cannot work, None if it can.
         doubts: What looks odd, besides what the robot's own remarks say.
         poses: How well the model fits poses read off at the robot, None if there are none.
@@ -65,6 +70,8 @@ class Checkup:
     poses: PoseCheck | None = None
     unwatched: tuple[Doubt, ...] = ()
     seen: Mapping[str, float] = field(default_factory=dict)
+    within: str = ""
+    within_share: float = 0.0
 
 
 def check(study: Study, *, seed: int = 0) -> Checkup:
@@ -90,7 +97,18 @@ def check(study: Study, *, seed: int = 0) -> Checkup:
         poses,
         _unwatched(study),
         _seen(study, q),
+        *_within(study, q[refused[worst]] if bottleneck else q[:0], worst),
     )
+
+
+def _within(study: Study, refused: Array, worst: int) -> tuple[str, float]:
+    """What of constraint `worst` is broken most in most of configurations `refused`; its share."""
+    if not len(refused):
+        return "", 0.0
+    constraint, looked_at = study.constraints[worst], refused[:_LOOKED_AT]
+    names = Counter(constraint.names_at(Posture(study.robot, looked_at)))
+    name, times = names.most_common(1)[0]
+    return ("", 0.0) if name == constraint.name else (name, times / len(looked_at))
 
 
 def _problem(

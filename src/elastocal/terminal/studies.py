@@ -73,6 +73,11 @@ def show_check(study: Study, found: Checkup) -> None:
         f"The load point reaches {found.reach:.3f} m from the base; "
         f"{100 * found.feasible_share:.3g} % of random configurations are feasible"
         + (f", most are refused by: {escape(found.bottleneck)}" if found.bottleneck else "")
+        + (
+            f", {100 * found.within_share:.2g} % of these by: {escape(found.within)}"
+            if found.within
+            else ""
+        )
     )
     _show_known_poses(study, found)
     for marker, share in found.seen.items():
