@@ -165,6 +165,24 @@ def test_a_broken_file_gets_its_sentence(what: str) -> None:
         assert words in message
 
 
+def test_of_many_ends_the_one_behind_most_joints_is_named_first() -> None:
+    """Before frames that are fixed and rods that follow: those seldom carry a tool."""
+    frames = "".join(
+        f'<link name="frame{i}"/><joint name="f{i}" type="fixed"><parent link="base"/>'
+        f'<child link="frame{i}"/></joint>'
+        for i in range(7)
+    )
+    rods = "".join(
+        f'<link name="{name}"/><joint name="{name}" type="continuous"><parent link="upper"/>'
+        f'<child link="{name}"/><mimic joint="J2"/></joint>'
+        for name in ("rod", "ram")
+    )
+    with pytest.raises(InputError) as caught:
+        read(GOOD.replace('<link name="base"/>', '<link name="base"/>' + frames + rods))
+    wanted = "10 ends (tip, rod, ram, frame0, frame1, frame2 and 4 more)"
+    assert wanted in str(caught.value)
+
+
 LATIN = '<?xml version="1.0" encoding="{}"?>\n' + GOOD.replace('"two"', '"{}"')
 NAMES = {
     "ISO-8859-1": "Prüfstand",

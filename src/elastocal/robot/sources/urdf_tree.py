@@ -74,6 +74,7 @@ class Tree:
             return self._known(wanted, "tip")
         ends = [link for link in self.below(base) if not self.child_joints[link]]
         if len(ends) > 1:
+            ends.sort(key=lambda end: -self._moving(base, end))  # rods and frames last
             raise InputError(
                 f"{self.where}: the robot has {len(ends)} ends ({first_few(ends)}); say with 'tip' "
                 "which one carries the tool"
@@ -107,6 +108,10 @@ class Tree:
                     found.add(other)
                     todo.append(other)
                     yield link, joint, other
+
+    def _moving(self, base: str, end: str) -> int:
+        """How many joints from base to end move by themselves."""
+        return sum(j.type != "fixed" and not j.follows.leader for j in self.chain(base, end))
 
     def _known(self, name: str, what: str) -> str:
         if name not in self.links:
