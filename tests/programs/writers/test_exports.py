@@ -312,8 +312,11 @@ def test_a_coupling_of_another_robot_is_refused() -> None:
     ],
 )
 def test_robots_that_a_controller_cannot_hold(kinds: str, controller: str, words: str) -> None:
-    with pytest.raises(InputError, match=words):
-        export(path_program(arm(kinds), np.zeros((1, len(kinds))), name="x"), controller)
+    """And where they can go is said."""
+    program = path_program(arm(kinds), np.zeros((1, len(kinds))), name="x")
+    with pytest.raises(InputError, match=f"{words}.*; ros and csv take any robot$"):
+        export(program, controller)
+    assert all(export(program, other) for other in ("ros", "csv"))
 
 
 @pytest.mark.parametrize(("controller", "hint"), [("krl", True), ("urscript", False)])

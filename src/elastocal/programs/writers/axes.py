@@ -17,6 +17,8 @@ from elastocal.robot.chain import Robot
 from elastocal.robot.controller_axes import uncoupled
 
 ARM_AXES = 6
+ELSEWHERE = "; ros and csv take any robot"
+"""What a refusal of a robot that a controller cannot hold ends with."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,7 @@ def axes(
     arm = tuple(i for i in range(n) if i not in outside)
     if len(arm) > inside:
         hint = "; name the external axes with --external" if external else ""
+        hint += ELSEWHERE if inside == ARM_AXES else ""
         raise InputError(
             f"robot {robot.name!r} has {len(arm)} joints in its arm, {controller} takes at most "
             f"{inside}{hint}"
@@ -63,6 +66,7 @@ def axes(
         raise InputError(
             f"robot {robot.name!r} has {len(outside)} external axes "
             f"({', '.join(robot.joint_names[i] for i in outside)}), {controller} takes {takes}"
+            f"{ELSEWHERE if inside == ARM_AXES else ''}"
         )
     return Axes(arm, tuple(outside))
 

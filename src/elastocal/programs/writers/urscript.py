@@ -14,7 +14,7 @@ import numpy as np
 
 from elastocal.errors import InputError
 from elastocal.programs.robot_program import Ask, Measure, Move, RobotProgram, Settle, Step
-from elastocal.programs.writers.axes import ARM_AXES, axes, readings
+from elastocal.programs.writers.axes import ARM_AXES, ELSEWHERE, axes, readings
 from elastocal.programs.writers.names import program_name
 from elastocal.programs.writers.pages import page_names, paged, room
 from elastocal.programs.writers.settings import Settings, output_number
@@ -38,7 +38,7 @@ def write(program: RobotProgram, settings: Settings) -> dict[str, str]:
         sliding = int(robot.prismatic.sum())
         raise InputError(
             f"robot {robot.name!r} has {len(robot.joints)} joints, {sliding} of them sliding; "
-            f"URScript takes {ARM_AXES} turning ones"
+            f"URScript takes {ARM_AXES} turning ones{ELSEWHERE}"
         )
     parts = paged(program.steps, MOST_MOVES)
     longest = LONGEST_NAME - room(len(parts))
