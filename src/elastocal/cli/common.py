@@ -10,9 +10,10 @@ import typer
 
 from elastocal import __version__
 from elastocal.cli.ending import Commands
+from elastocal.cli.number_options import Application
 from elastocal.errors import InputError
 
-app = typer.Typer(
+app = Application(
     cls=Commands,
     help="Elastostatic calibration of robot arms: plan, identify, validate, compensate.",
     no_args_is_help=True,

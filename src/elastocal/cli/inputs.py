@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from elastocal.arrays import Array, frozen
+from elastocal.cli.number_options import flaw
 from elastocal.elastic.compliance_model import ComplianceModel, merged_models
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InputError
@@ -343,10 +344,10 @@ def joint_values(text: str, robot: Robot, what: str) -> Array:
 
     values: dict[str, float] = {}
     for part in text.replace(",", " ").replace("°", "deg").split():
-        found = re.fullmatch(r"([^=]+)=([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)(deg|mm)", part)
+        found = re.fullmatch(r"([^=]+)=(.+?)(deg|mm)", part)
         if not found:
             raise InputError(f"{what}: expected name=value with deg or mm, found {part!r}")
-        name, number, unit = found.groups()
+        name, word, unit = found.groups()
         joint = robot.joints[robot.index([name])[0]]
         if unit != joint.kind.key:
             raise InputError(
@@ -354,11 +355,9 @@ def joint_values(text: str, robot: Robot, what: str) -> Array:
             )
         if name in values:
             raise InputError(f"{what}: joint {name!r} is given twice")
-        try:
-            value = float(number)
-        except ValueError:
-            raise InputError(f"{what}: expected a number, found {number!r}") from None
-        values[name] = joint.kind.si * value
+        if wrong := flaw(word):
+            raise InputError(f"{what}: joint {name!r}: {wrong}")
+        values[name] = joint.kind.si * float(word)
     missing = [name for name in robot.joint_names if name not in values]
     if missing:
         raise InputError(f"{what}: joint {missing[0]!r} is missing")

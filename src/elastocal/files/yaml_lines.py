@@ -128,6 +128,13 @@ def _construct(
     return result
 
 
+def number(word: str) -> int | float | None:
+    """The number that a word is, None if it is none or longer than numbers are."""
+    if len(word) > _LONGEST or not NUMBER.fullmatch(word):
+        return None
+    return int(word) if _WHOLE.fullmatch(word) else float(word)
+
+
 def _own_tags(node: yaml.Node) -> tuple[str, ...]:
     """The tags that a node has if nobody wrote one."""
     if not isinstance(node, yaml.ScalarNode):
@@ -143,8 +150,8 @@ def _plain(word: str) -> str | float | bool | None:
         return None
     if word in (word.lower(), word.capitalize(), word.upper()) and word.lower() in _WORDS:
         return _WORDS[word.lower()]
-    if NUMBER.fullmatch(word):
-        return int(word) if _WHOLE.fullmatch(word) else float(word)
+    if (value := number(word)) is not None:
+        return value
     if found := _NOT_FINITE.fullmatch(word):
         return float("nan") if found[3] else float(f"{found[1]}inf")
     return word
