@@ -120,6 +120,7 @@ Code = Literal[
     "name-of-a-part",
     "unknown-name",
     "unusable-shape",
+    "odd-size",
     # of a model, by poses read off at the robot
     "poses-differ",
     "counts-other-way",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -28,6 +29,7 @@ from elastocal.robot.reach import reach_of
 from elastocal.robot.rotations import from_zyx_angles
 from elastocal.robot.shapes import Shape
 from elastocal.robot.sources import DHRow, from_dh, kuka_kr270
+from elastocal.wording import worded
 from tests.arms import Oracle
 from tests.cli.test_bad_studies import GOOD
 from tests.cli.test_not_watched import STUDY
@@ -303,6 +305,56 @@ def test_a_link_without_a_shape_is_watched_along_the_chain() -> None:
     told = {doubt.code: doubt.about for doubt in watch_of(found).made_do}
     assert told["chain-as-capsules"] == ("shoulder",)
     assert {"post", "fore", "shoulder"} < {solid.name for solid in found[1].pairs.solids}
+
+
+@pytest.mark.parametrize(
+    ("body", "size", "said"),
+    [
+        (3, (100.0, 400.0), "link 'fore' has a shape 400 m large, and the robot reaches "),
+        (3, (20.0, 80.0), "link 'fore' has a shape 80 m large, and the robot reaches "),
+        (0, (150.0, 300.0), "link 'fore' has a shape 300 m large, and the robot reaches "),
+    ],
+)
+def test_shapes_in_millimetres_are_said_and_refused_where_asked_for(
+    body: int, size: tuple[float, float], said: str
+) -> None:
+    robot = replace(
+        upright(), collisions=(Shape("cylinder", np.array(size), np.eye(4), body, "fore"),)
+    )
+    found = default_clearances(robot, TOOL)
+    (doubt,) = (d for d in watch_of(found).doubts if d.code == "odd-size")
+    assert worded(doubt).startswith(said)
+    assert "robot files are in metres; are they millimetres" in worded(doubt)
+    assert "fore" not in {solid.name for one in found for solid in one.pairs.solids}
+    with pytest.raises(InputError, match=re.escape(said)):
+        clearances(robot, TOOL, np.array([robot.lower, robot.upper]), (), CollisionRules())
+
+
+def test_a_wide_floor_and_a_long_rail_may_belong_to_a_base() -> None:
+    shapes = (
+        Shape("box", np.array([100.0, 100.0, 0.01]), transform(None, (0, 0, -2.0)), 0, "hall"),
+        Shape("box", np.array([60.0, 0.1, 0.1]), transform(None, (0, 3, 0)), 0, "rail"),
+    )
+    found = default_clearances(replace(upright(), collisions=shapes), TOOL)
+    assert not any(d.code == "odd-size" for d in watch_of(found).doubts)
+    assert {"hall", "rail"} <= {solid.name for one in found for solid in one.pairs.solids}
+
+
+@pytest.mark.parametrize(
+    ("side", "said"),
+    [
+        (200.0, "has a shape 346 m large"),
+        (0.0002, "has a shape of 0.3464 mm"),
+    ],
+)
+def test_meshes_of_odd_sizes_are_said_with_the_reach(
+    side: float, said: str, tmp_path: Path
+) -> None:
+    trimesh.creation.box((side, side, side)).export(tmp_path / "m.stl")
+    shape = Shape("mesh", np.ones(3), np.eye(4), 3, "fore", tmp_path / "m.stl")
+    found = default_clearances(replace(upright(), collisions=(shape,)), TOOL)
+    (doubt,) = (d for d in watch_of(found).doubts if d.code == "odd-size")
+    assert said in worded(doubt)
 
 
 def test_most_pairs_that_always_touch_are_a_warning() -> None:

@@ -155,8 +155,8 @@ def _links(robot: Robot, rules: CollisionRules) -> tuple[list[Solid], tuple[Doub
     """The solids of the robot, and what stands in for its shapes."""
     if robot.collisions and not rules.at_hand:
         return robot_solids(robot, as_capsules=rules.as_capsules), ()
-    shaped, along, lost = solids_at_hand(robot, rules.link_radius)
-    made_do = [Doubt("shapes-as-capsules")] if shaped else []
+    shaped, along, lost, odd = solids_at_hand(robot, rules.link_radius)
+    made_do = [*odd, Doubt("shapes-as-capsules")] if shaped else [*odd]
     if lost or not robot.collisions:
         radii = [solid.radius for solid in along]
         thick = {"least": min(radii, default=0.0), "most": max(radii, default=0.0)}

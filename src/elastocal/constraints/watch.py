@@ -39,7 +39,8 @@ def watch_of(constraints: Iterable[Constraint]) -> Watch:
             doubts.append(Doubt("hardly-watched", numbers={"pairs": always, "of": of}))
     made_do: list[Doubt] = []
     for doubt in (doubt for clearance in clearances for doubt in clearance.made_do):
-        made_do += [] if doubt in made_do else [doubt]
+        known = doubts if doubt.code == "odd-size" else made_do
+        known += [] if doubt in known else [doubt]
     watched = tuple(c.what for c in clearances if len(c.pairs))
     unwatched = tuple(name for name in (ITSELF, FLOOR) if name not in names)
     return Watch(watched, unwatched, tuple(made_do), tuple(doubts))

@@ -89,7 +89,7 @@ class Plan:
         that the experiments hardly tell; what is hardly watched."""
         rigid = [d for d in left_rigid(self.study) if d.code == "rigid-at-test-pose"]
         hardly = hardly_known(self.study.springs, self.assessment.standard_error)
-        watched = [d for d in self.watch.doubts if d.code == "hardly-watched"]
+        watched = [d for d in self.watch.doubts if d.code in ("hardly-watched", "odd-size")]
         return (*rigid, *hardly, *watched)
 
     @property

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 from elastocal.errors import Code, Doubt
 from elastocal.wording.lists import listed
-from elastocal.wording.numbers import length, shown
+from elastocal.wording.numbers import described, length, shown
 
 _NOT_WATCHED = {
     "ignored": "left out by the study",
@@ -60,6 +60,23 @@ def _chain_as_capsules(doubt: Doubt) -> str:
     return (
         f"{whose}: watched as capsules from joint to joint, {radius} mm in radius; "
         "constraints: {collision: {link_radius_mm: …}} says how thick"
+    )
+
+
+def _odd_size(doubt: Doubt) -> str:
+    size, reach = doubt.numbers["size"], doubt.numbers["reach"]
+    far = f"{reach:.3g} m"
+    link, has = ("link", "has a shape") if len(doubt.about) == 1 else ("links", "have shapes")
+    names = listed([repr(name) for name in doubt.about])
+    if size > reach:
+        about = "up to " * (len(doubt.about) > 1) + f"{size:.3g} m large"
+        mend = 'are they millimetres, or is <mesh scale="0.001 0.001 0.001"> missing?'
+    else:
+        about = "of " + "no more than " * (len(doubt.about) > 1) + described(size, "m")
+        mend = "is a mesh scaled that is in metres?"
+    return (
+        f"{link} {names} {has} {about}, and the robot reaches {far}: robot files "
+        f"are in metres; {mend}"
     )
 
 
@@ -128,6 +145,7 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         f"nothing is called {doubt.about[0]!r}; there are {', '.join(doubt.because)}"
     ),
     "unusable-shape": lambda doubt: f"the shape of obstacle {doubt.about[0]!r} cannot be used",
+    "odd-size": _odd_size,
     "hardly-watched": lambda doubt: (
         f"{doubt.numbers['pairs']:g} of {doubt.numbers['of']:g} pairs of parts of the robot nearly "
         "always touch as they are modelled, so hardly anything of it is watched against itself: "

@@ -12,14 +12,18 @@ from dataclasses import replace
 import numpy as np
 
 from elastocal.arrays import Array
+from elastocal.constraints.collision.mesh import MeshSizeError
 from elastocal.constraints.collision.solid import Solid, around, capsule, solids_of
-from elastocal.errors import InputError
+from elastocal.errors import Doubt, InputError
 from elastocal.robot.chain import Robot, Tool
 from elastocal.robot.reach import reach_of
 from elastocal.robot.shapes import Shape
+from elastocal.wording import worded
 
 LINK_SHARE = 0.05
 """Radius of a link over the reach of the robot, if nothing is said."""
+
+_LARGE = 10.0  # reaches of the robot that no link of it measures
 
 Radii = float | Mapping[str, float] | None
 """Radius of the capsules along a chain [m]: of all, or by the joint that moves them ("base" for the
@@ -35,20 +39,20 @@ def robot_solids(robot: Robot, radius: Radii = None, *, as_capsules: bool = Fals
         as_capsules: Put a capsule around every shape of a link instead: larger, and faster.
 
     Raises:
-        InputError: a mesh cannot be used.
+        InputError: a mesh cannot be used, or a shape has a size that no link has.
     """
     if not robot.collisions:
         return _along_chain(robot, radius)
-    return [
-        around(solid) if as_capsules and shape.body else solid
-        for shape in robot.collisions
-        for solid in _solids(robot, shape)
-    ]
+    found, reach = [], reach_of(robot)
+    for shape in robot.collisions:
+        solids = _solids(robot, shape, reach)
+        found += [around(solid) if as_capsules and shape.body else solid for solid in solids]
+    return found
 
 
 def solids_at_hand(
     robot: Robot, radius: Radii = None
-) -> tuple[list[Solid], list[Solid], tuple[str, ...]]:
+) -> tuple[list[Solid], list[Solid], tuple[str, ...], tuple[Doubt, ...]]:
     """Capsules, at the base boxes, around the robot's shapes; along the chain where there are none.
 
     Nothing is refused and no package is needed: what cannot be read is left to the chain, and so
@@ -59,29 +63,72 @@ def solids_at_hand(
         radius: How thick links without shapes are.
 
     Returns:
-        Solids of shapes, solids along the chain, and the names of links whose shapes could not be
-        had: of those without any the joint that moves them.
+        Solids of shapes, solids along the chain, the names of links whose shapes could not be
+        had: of those without any the joint that moves them; and which have a size no link has.
     """
     found: list[Solid] = []
     lost: dict[str, int] = {}
+    odd: list[Doubt] = []
+    reach = reach_of(robot)
     for shape in robot.collisions:
         try:
-            found += map(around, _solids(robot, shape))
-        except InputError:
+            found += map(around, _solids(robot, shape, reach))
+        except InputError as error:
             lost[_shape_name(robot, shape)] = shape.body
+            odd += [doubt for doubt in error.doubts if doubt.code == "odd-size"]
     chain = _along_chain(robot, radius)
     if robot.collisions:  # what a capsule covers in the chain is not there to cover it
         shaped = {shape.body for shape in robot.collisions}
         bare = [solid for solid in chain if solid.body not in shaped and not solid.covered]
         lost |= {solid.name: solid.body for solid in bare if not _is_ball(robot, solid.body)}
         chain = [replace(solid, covered=False) for solid in chain if solid.body in lost.values()]
-    return found, chain, tuple(lost)
+    return found, chain, tuple(lost), _together(odd)
 
 
-def _solids(robot: Robot, shape: Shape) -> list[Solid]:
-    """The solids of a shape of the robot, called by link and joint."""
-    joint = body_name(robot, shape.body)
-    return [replace(solid, joint=joint) for solid in solids_of(shape, _shape_name(robot, shape))]
+def _together(odd: list[Doubt]) -> tuple[Doubt, ...]:
+    """Shapes of odd sizes, those too large in one and those too small in another."""
+    found = []
+    for large in (True, False):
+        some = [d for d in odd if (d.numbers["size"] > d.numbers["reach"]) == large]
+        if some:
+            extreme = (max if large else min)(some, key=lambda d: d.numbers["size"])
+            names = dict.fromkeys(name for d in some for name in d.about)
+            found.append(replace(extreme, about=tuple(names)))
+    return tuple(found)
+
+
+def _solids(robot: Robot, shape: Shape, reach: float) -> list[Solid]:
+    """The solids of a shape of the robot, called by link and joint.
+
+    Raises:
+        InputError: a mesh cannot be used, or the shape has a size that no link has.
+    """
+    name, joint = _shape_name(robot, shape), body_name(robot, shape.body)
+    solids: list[Solid] = []
+    odd = 0.0
+    try:
+        solids = solids_of(shape, name)
+    except MeshSizeError as error:
+        odd = error.size
+    for sides in map(_sides, solids):
+        # A base may have a wide floor or a long wall to it, a link that moves has nothing like it.
+        if (sides.max() if shape.body else sides.min()) > _LARGE * reach:
+            odd = max(odd, float(sides.max()))
+    if odd:
+        doubt = Doubt("odd-size", (name,), numbers={"size": odd, "reach": reach}, unit="m")
+        raise InputError(worded(doubt)).with_doubts(doubt)
+    return [replace(solid, joint=joint) for solid in solids]
+
+
+def _sides(solid: Solid) -> Array:
+    """Sides of a box along the axes of a solid that holds it [m]."""
+    if solid.kind == "hull":
+        return np.asarray(np.ptp(solid.vertices, axis=0))
+    if solid.kind == "box":
+        return solid.size
+    radius, length = (*solid.size, 0.0)[:2]
+    caps = 0.0 if solid.kind == "cylinder" else 2.0 * radius
+    return np.array([2.0 * radius, length + caps])
 
 
 def _shape_name(robot: Robot, shape: Shape) -> str:

@@ -31,6 +31,14 @@ _PARTS = 200
 _NO_VERTEX = "{}: a triangle of the mesh names a vertex that is not there"
 
 
+class MeshSizeError(InputError):
+    """A mesh of a size that no part of a cell has: `size` [m]."""
+
+    def __init__(self, message: str, size: float) -> None:
+        super().__init__(message)
+        self.size = size
+
+
 def hulls(shape: Shape) -> list[Array]:
     """(V, 3) corners [m] of the hull of every connected part of a mesh, in the mesh's frame.
 
@@ -70,14 +78,16 @@ def _hulls(path: Path, scale: tuple[float, ...]) -> tuple[Array, ...]:
     vertices = vertices * np.array(scale)
     size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
     if size > LARGEST_SIZE:
-        raise InputError(
+        raise MeshSizeError(
             f"{path}: the mesh is {size:.4g} m across; is it in millimetres, and its unit or scale "
-            "not said?"
+            "not said?",
+            size,
         )
     if size < SMALLEST_SIZE:
-        raise InputError(
+        raise MeshSizeError(
             f"{path}: the mesh is {described(size, 'm')} across; is it in metres, and its unit or "
-            "scale wrong?"
+            "scale wrong?",
+            size,
         )
     parts = _connected(vertices, faces)
     if len(parts) > _PARTS:

@@ -85,7 +85,7 @@ def _solids(robot: Robot, others: Sequence[Constraint]) -> list[Solid]:
     try:
         return robot_solids(robot)
     except InputError:
-        shaped, along, _ = solids_at_hand(robot)
+        shaped, along, *_ = solids_at_hand(robot)
         return [*shaped, *along]
 
 

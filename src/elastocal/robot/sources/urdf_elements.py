@@ -216,7 +216,7 @@ def _shapes(urdf: Urdf, node: Node, link: str) -> Iterator[Shape]:
         if solid.tag != "mesh" and size.min() <= 0.0:
             urdf.remarks.append(f"{place} is left out: it has no size")
             return
-        if solid.tag != "mesh" and size.max() > _HUGE:
+        if solid.tag != "mesh" and node.tag == "visual" and size.max() > _HUGE:
             urdf.remarks.append(f"{place} measures {size.max():g} m; were millimetres meant?")
         pose = _pose(node)
         color: Color = ()
