@@ -88,6 +88,8 @@ Code = Literal[
     "impossible-joints",
     "impossible-loads",
     "impossible-deflections",
+    "impossible-zeros",
+    "impossible-copies",
     "impossible-signs",
     "impossible-fit",
     "looks-used",

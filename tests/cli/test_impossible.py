@@ -36,6 +36,10 @@ def folder(tmp_path: Path) -> Path:
     (tmp_path / "kilo.csv").write_text(text.replace("Fz [N]", "Fz [kN]"))
     (tmp_path / "metres.csv").write_text(text.replace("[mm]", "[m]"))
     (tmp_path / "frame.csv").write_text(text.replace("dx [mm],dy [mm],dz", "dz [mm],dx [mm],dy"))
+    head, *rows = text.splitlines()[1:]
+    for name, same in (("zeros", "0,0,0"), ("copies", "1.5,0,-2.25")):
+        written = [head, *(",".join([*row.split(",")[:-3], same]) for row in rows)]
+        (tmp_path / f"{name}.csv").write_text("\n".join(written) + "\n")
     made = run(
         "identify", tmp_path / "study.yaml", tmp_path / "good.csv", "-o", tmp_path / "m.json"
     )
@@ -49,6 +53,8 @@ READINGS = {
     "degrees": "no robot stands there",
     "kilo": "no robot bears that",
     "metres": "no arm bends so far",
+    "zeros": "8 of 8 deflections under load are exactly zero",
+    "copies": "all 8 deflections are the same to the last digit, under 8 different load cases",
 }
 
 

@@ -129,3 +129,31 @@ def test_exchanged_states_are_refused_and_one_negative_spring_is_not() -> None:
         fitted(replace(data, deflection=-data.deflection))
     odd = TRUTH * [-1.0, 1.0, 1.0, 1.0, 1.0]
     fitted(measured(ARM, hung(12, seed=1), odd, linear=True))
+
+
+def with_deflection(data: Measurements, rows: slice, value: list[float]) -> Measurements:
+    deflection = np.array(data.deflection)
+    deflection[rows] = value
+    return replace(data, deflection=deflection)
+
+
+def test_deflections_that_nobody_read_are_refused() -> None:
+    data = campaign()
+    half = len(data) // 2
+    said = refused(with_deflection(data, slice(half + 1), [0.0, 0.0, 0.0]))
+    assert f"{half + 1} of {len(data)} deflections under load are exactly zero" in said
+    said = refused(with_deflection(data, slice(None), [1e-3, 0.0, -2e-3]))
+    assert "are the same to the last digit" in said
+    refuse_impossible_readings(with_deflection(data, slice(half), [0.0, 0.0, 0.0]), ARM.robot)
+    refuse_impossible_readings(with_deflection(data, slice(1, None), [1e-3, 0, 0]), ARM.robot)
+
+
+def test_repeats_of_one_load_case_may_be_the_same() -> None:
+    """A gauge with coarse digits; and nothing bends where there is no load."""
+    data = campaign()
+    first = np.zeros(len(data.cases), dtype=int)
+    one = LoadCases(data.cases.q[first], data.cases.wrench[first])
+    same = with_deflection(replace(data, cases=one), slice(None), [1e-3, 0.0, -2e-3])
+    refuse_impossible_readings(same, ARM.robot)
+    nothing = with_deflection(with_loads(data, 0.0), slice(0, 8), [0.0, 0.0, 0.0])
+    refuse_impossible_readings(nothing, ARM.robot)

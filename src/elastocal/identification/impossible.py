@@ -11,7 +11,7 @@ import numpy as np
 from elastocal.arrays import BoolArray
 from elastocal.errors import Doubt, InputError
 from elastocal.identification.result import Identification
-from elastocal.measuring.measurements import Measurements
+from elastocal.measuring.measurements import Measurements, Quantity
 from elastocal.robot.chain import Robot
 from elastocal.robot.posture import Posture
 from elastocal.wording import worded
@@ -24,6 +24,9 @@ NOISES = 30.0
 """Residuals over the promised noise, from which on a negative compliance is no chance."""
 SURELY = 3.0
 """Standard errors below zero of a compliance that is surely negative."""
+_NOTHING = 1e-9
+"""m or rad; what no instrument tells from nothing, and rounding may leave of it."""
+_COPIES = 3  # distinct load cases whose deflections are not the same
 _ASKED = 500  # experiments that tell how far from the base the arm reaches
 _CLEARLY = 1.0 / 360.0  # of what is far outside: a degree
 _RANGES = 10.0  # ranges of a sliding joint that are far outside
@@ -35,9 +38,15 @@ def refuse_impossible_readings(data: Measurements, robot: Robot) -> None:
 
     Raises:
         InputError: in most experiments a joint is more than a turn beyond its limits, or the load
-            more than any robot bears; or most deflections are a quarter of the way from the base.
+            more than any robot bears; or most deflections are a quarter of the way from the base,
+            or exactly zero under load, or all of them the same.
     """
-    for doubt in (_joints(data, robot), _loads(data), _deflections(data, robot)):
+    for doubt in (
+        _joints(data, robot),
+        _loads(data),
+        _deflections(data, robot),
+        *(_not_read(data, robot, kind) for kind in data.quantities),
+    ):
         if doubt is not None:
             raise InputError(f"{data.source}: {worded(doubt)}").with_doubts(doubt)
 
@@ -111,3 +120,21 @@ def _deflections(data: Measurements, robot: Robot) -> Doubt | None:
         return None
     sizes = {"deflection": float(np.median(size)), "distance": far}
     return Doubt("impossible-deflections", numbers=sizes)
+
+
+def _not_read(data: Measurements, robot: Robot, kind: Quantity) -> Doubt | None:
+    """Deflections that no gauge has read: nothing under load, or one value for all loads."""
+    if kind.unit == "rad" and robot.prismatic.all():
+        return None  # nothing turns there
+    case = data.case[kind.readings]
+    cases, deflection = data.cases, data.deflection[kind.readings]
+    loaded = cases.wrench[case].any(axis=1)
+    zero = np.asarray((np.abs(deflection) < _NOTHING).all(axis=1))
+    if _most(zero[loaded]):
+        counts = {"zero": int(zero[loaded].sum()), "readings": int(loaded.sum())}
+        return Doubt("impossible-zeros", numbers=counts, unit=kind.unit)
+    distinct = len(np.unique(np.hstack([cases.q, cases.wrench])[case], axis=0))
+    if distinct >= _COPIES and (np.ptp(deflection, axis=0) < _NOTHING).all():
+        numbers = {"readings": len(case), "cases": distinct}
+        return Doubt("impossible-copies", numbers=numbers, unit=kind.unit)
+    return None

@@ -147,6 +147,16 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         f"no more than {doubt.numbers['distance']:.3g} m from the base; look at their unit, and "
         "whether positions of different points were subtracted"
     ),
+    "impossible-zeros": lambda doubt: (
+        f"{doubt.numbers['zero']:g} of {doubt.numbers['readings']:g} {_reading(doubt)}s under load "
+        "are exactly zero, which no arm and no gauge is: were loaded and unloaded readings the "
+        "same, or the gauge not read?"
+    ),
+    "impossible-copies": lambda doubt: (
+        f"all {doubt.numbers['readings']:g} {_reading(doubt)}s are the same to the last digit, "
+        f"under {doubt.numbers['cases']:g} different load cases: was the gauge stuck, or one "
+        "reading copied?"
+    ),
     "impossible-signs": lambda doubt: (
         f"no spring gives way against its load, but by these readings all of "
         f"{', '.join(doubt.about)} do: were loaded and unloaded exchanged, or the sign of the "
