@@ -88,7 +88,9 @@ def test_home_that_breaks_a_constraint_is_noted(plan: Path) -> None:
 def test_joint_values_of_the_controller(plan: Path) -> None:
     """The study's controller is applied to the targets; home is read off at it."""
     folder = plan.parent
-    assert run("export", plan, "--to", "fanuc", "-o", folder / "A.ls").exit_code == 0
+    result = run("export", plan, "--to", "fanuc", "-o", folder / "A.ls")
+    assert result.exit_code == 0
+    assert "say controller: {preset: fanuc} in the study" in " ".join(result.stdout.split())
     document = plan_document()
     document["study"]["text"] += "controller: {preset: fanuc, offsets_deg: {A6: 10}}\n"
     plan.write_text(json.dumps(document), encoding="utf-8")
@@ -96,6 +98,7 @@ def test_joint_values_of_the_controller(plan: Path) -> None:
     result = run("export", plan, "--to", "fanuc", "-o", folder / "B.ls", "--home", home)
     assert result.exit_code == 0, result.stderr
     assert "Joint values are the model" not in result.stdout
+    assert "preset" not in result.stdout
     plain, shown = (PARSERS["fanuc"]({n: read(folder)[n]}) for n in ("A.ls", "B.ls"))
     assert shown[0][1] == pytest.approx([0, -60, -5, 0, 20, 0], abs=1e-4)
     q, q_shown = plain[2][1], shown[2][1]

@@ -70,7 +70,7 @@ def export_command(
     from elastocal.files.texts import file_hash
     from elastocal.programs.approach import Approach
     from elastocal.programs.campaign_program import campaign_program
-    from elastocal.programs.writers import Settings
+    from elastocal.programs.writers import Settings, shows
 
     proposal, study = plan_and_study(plan_file, study_file)
     note_parted([plan_file])
@@ -113,7 +113,8 @@ def export_command(
         return
     from elastocal.terminal.programs import show_program
 
-    show_program(program, to, coupled=settings.coupling is not None)
+    doubtful = shows(to, study.robot, settings)
+    show_program(program, to, coupled=settings.coupling is not None, shows=doubtful)
     print(f"Checked by {study_file.name if study_file else f'the study in {plan_file.name}'}.")
     print("\n".join(said(files, to, settings)))
 

@@ -19,6 +19,7 @@ from elastocal.robot.posture import Posture
 from elastocal.wording.numbers import described
 
 _WORST_CONDITION = 1e6
+_PARALLEL = 1.0 - 1e-6
 
 
 @dataclass(frozen=True)
@@ -148,6 +149,18 @@ def coupling(
     return Coupling(names, mixing @ diagonal, mixing @ offset)
 
 
+def has_forearm(robot: Robot) -> bool:
+    """Whether the second and third turning joint have parallel axes, as upper arm and forearm."""
+    turning = np.flatnonzero(~robot.prismatic)
+    return len(turning) >= 3 and abs(_cosine(robot, *turning[1:3].tolist())) >= _PARALLEL
+
+
+def _cosine(robot: Robot, first: int, second: int) -> float:
+    """Of the angle between the axes of two joints, with all joints at zero."""
+    axes = Posture(robot, np.zeros((1, len(robot.joints)))).axes[:, :, 0]
+    return float(axes[:, first] @ axes[:, second])
+
+
 def _preset(robot: Robot, name: str) -> tuple[dict[str, float], dict[str, Mapping[str, float]]]:
     if name not in PRESETS:
         raise InputError(f"no controller preset {name!r}; there are {', '.join(PRESETS)}")
@@ -169,9 +182,8 @@ def _fanuc(robot: Robot) -> tuple[dict[str, float], dict[str, Mapping[str, float
             f"controller preset 'fanuc' needs three turning joints, found {len(turning)}"
         )
     second, third = int(turning[1]), int(turning[2])
-    axes = Posture(robot, np.zeros((1, len(robot.joints)))).axes[:, :, 0]
-    cosine = float(axes[:, second] @ axes[:, third])
-    if abs(cosine) < 1.0 - 1e-6:
+    cosine = _cosine(robot, second, third)
+    if abs(cosine) < _PARALLEL:
         raise InputError(
             f"controller preset 'fanuc' needs parallel axes of {robot.joint_names[second]!r} and "
             f"{robot.joint_names[third]!r}; theirs are "

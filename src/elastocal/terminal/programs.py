@@ -10,8 +10,11 @@ from elastocal.programs.robot_program import Ask, Measure, Move, RobotProgram, S
 from elastocal.terminal.console import out, whole
 
 
-def show_program(program: RobotProgram, controller: str, *, coupled: bool) -> None:
-    """Targets, and what is done in which order; `coupled` if joint values were converted."""
+def show_program(program: RobotProgram, controller: str, *, coupled: bool, shows: str) -> None:
+    """Targets, and what is done in which order.
+
+    `coupled` if joint values were converted; `shows` is what the controller may show otherwise.
+    """
     robot = program.robot
     table = Table(
         title=Text(f"{program.name}: {program.purpose}"),
@@ -43,8 +46,7 @@ def show_program(program: RobotProgram, controller: str, *, coupled: bool) -> No
         notes.append(
             "Joint values are the model's: compare one pose with the controller's display."
         )
-    if controller == "fanuc" and not coupled:
-        notes.append("A FANUC J3 usually counts from the horizontal: see controller in the study.")
+    notes += [shows] * bool(shows)
     for note in notes:
         out.print(Text(f"Note: {note}", style="yellow"))
     out.print(Text("Check the program at low speed first.", style="bold"))

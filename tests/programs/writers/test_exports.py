@@ -18,7 +18,7 @@ from elastocal.programs.campaign_program import campaign_program
 from elastocal.programs.robot_program import RobotProgram, path_program
 from elastocal.programs.writers import ENDINGS, WRITERS, Settings, export
 from elastocal.programs.writers.wording import header
-from elastocal.robot.chain import Joint, Robot
+from elastocal.robot.chain import Follower, Joint, Robot
 from elastocal.robot.controller_axes import coupling
 from tests.programs.writers.campaigns import (
     DIGEST,
@@ -287,6 +287,41 @@ def test_coupling_is_applied_once(controller: str) -> None:
     assert "converted for the controller" in "".join(files.values()).replace("\n", " ").replace(
         " ;", ""
     ) or controller in ("fanuc", "rapid")
+
+
+ROD = "ABB arms with such a rod show J3"
+ELEVATION = "FANUC arms show J3 as the elevation of the forearm"
+
+
+@pytest.mark.parametrize(
+    ("controller", "leader", "kinds", "words"),
+    [
+        ("rapid", "J3", "RRRRRR", ROD),
+        ("rapid", "J3", "PRRRRRR", ""),  # there J3 is the second that turns
+        ("rapid", "J2", "RRRRRR", ""),  # a cylinder that holds the upper arm
+        ("rapid", "", "RRRRRR", ""),
+        ("fanuc", "", "RRRRRR", ELEVATION),
+        ("fanuc", "", "RR", ""),
+        ("krl", "J3", "RRRRRR", ""),
+    ],
+)
+def test_what_a_controller_may_show_otherwise_is_in_its_program(
+    controller: str, leader: str, kinds: str, words: str
+) -> None:
+    robot = arm(kinds)
+    if leader:
+        rod = replace(robot.joints[-1], name="rod")
+        robot = replace(robot, followers=(Follower(rod, 1, leader, -1.0, 0.0),))
+    program = path_program(robot, np.zeros((1, len(kinds))), name="x")
+
+    def said(settings: Settings) -> str:
+        text = "".join(export(program, controller, settings).values())
+        return " ".join(re.sub(r"(?m)^ *(\d+: )? *!| ;$", "", text).split())
+
+    assert [w for w in (ROD, ELEVATION) if w in said(Settings())] == [words] * bool(words)
+    settled = said(Settings(coupling(robot, signs={robot.joint_names[0]: -1})))
+    assert ROD not in settled
+    assert ELEVATION not in settled
 
 
 def test_a_coupling_of_another_robot_is_refused() -> None:

@@ -9,8 +9,19 @@ from elastocal.errors import InputError
 from elastocal.programs.robot_program import RobotProgram
 from elastocal.programs.writers import fanuc, joint_table, krl, rapid, ros, urscript
 from elastocal.programs.writers.settings import Settings, Writer
+from elastocal.robot.chain import Robot
 
-__all__ = ["ENDINGS", "NEWLINES", "WRITERS", "Settings", "Writer", "export", "start", "too_long"]
+__all__ = [
+    "ENDINGS",
+    "NEWLINES",
+    "WRITERS",
+    "Settings",
+    "Writer",
+    "export",
+    "shows",
+    "start",
+    "too_long",
+]
 
 _CONTROLLERS: dict[str, tuple[Writer, str, str, str]] = {
     # name: (writer, ending of the file to start, end of a line on disk, how it is started)
@@ -27,6 +38,7 @@ NEWLINES = {name: entry[2] for name, entry in _CONTROLLERS.items()}
 """Controllers of KUKA, ABB and FANUC, and what loads their files, live on Windows."""
 LARGE = 1_000_000
 """Size from which one should ask whether a controller has room for a program [bytes]."""
+_SHOWS = {"rapid": rapid.shows, "fanuc": fanuc.shows}
 _ROOM = {"krl": "; a KR C4 is said to have room for 4 to 8 MB"}
 
 
@@ -50,6 +62,11 @@ def start(controller: str, settings: Settings, name: str) -> str:
     """A sentence on how a program called `name` is started."""
     how = urscript.START_NODE if settings.script_node else _CONTROLLERS[controller][3]
     return how.format(name=name)
+
+
+def shows(controller: str, robot: Robot, settings: Settings) -> str:
+    """What a controller may show otherwise than the model; empty if nothing, or if it is said."""
+    return _SHOWS[controller](robot, settings) if controller in _SHOWS else ""
 
 
 def too_long(controller: str, files: Mapping[Any, str]) -> str:

@@ -18,6 +18,8 @@ from elastocal.programs.writers.names import identifier, program_name, words
 from elastocal.programs.writers.pages import page_names, paged, room
 from elastocal.programs.writers.settings import Settings, output_number
 from elastocal.programs.writers.wording import header, wrapped
+from elastocal.robot.chain import Robot
+from elastocal.robot.controller_axes import has_forearm
 
 LONGEST_NAME = 16
 REMARK = 32
@@ -30,6 +32,10 @@ RESERVED = words(
     ABORT CALL DISPENSE END ENDFOR FOR IF JMP LBL MAIN MESSAGE MONITOR
     OFFSET PAUSE RUN SELECT SKIP TIMER WAIT
     """
+)
+ELEVATION = (
+    "FANUC arms show J3 as the elevation of the forearm, which J2 does not change; here it is that "
+    "of the model: if this arm does so, say controller: {preset: fanuc} in the study first."
 )
 _LARGEST = 1e5  # ten characters with sign, point and four decimals
 
@@ -58,7 +64,14 @@ def write(program: RobotProgram, settings: Settings) -> dict[str, str]:
     values = readings(
         program, settings, "FANUC", scale=robot.shown_scale, decimals=4, largest=_LARGEST
     ).tolist()
-    head = header(program, settings, REMARK, units="deg, mm", start=START.format(name=name))
+    head = header(
+        program,
+        settings,
+        REMARK,
+        units="deg, mm",
+        start=START.format(name=name),
+        shows=shows(robot, settings),
+    )
     if len(parts) > 1:
         head += wrapped(f"It calls its {len(parts)} pages, {names[0]} to {names[-1]}.", REMARK)
     top = [f"  !{line} ;" for line in head]
@@ -78,6 +91,11 @@ def write(program: RobotProgram, settings: Settings) -> dict[str, str]:
         ]
         files[f"{page}.ls"] = _program(page, [*top, *frames, *body(part, numbers)], positions)
     return files
+
+
+def shows(robot: Robot, settings: Settings) -> str:
+    """What this controller may show otherwise than the model; empty if that is settled."""
+    return "" if settings.converted or not has_forearm(robot) else ELEVATION
 
 
 _HEAD = 400  # lines that are kept free for the header of a page

@@ -19,6 +19,8 @@ from elastocal.programs.writers.names import program_name, words
 from elastocal.programs.writers.pages import page_names, paged, room
 from elastocal.programs.writers.settings import Settings
 from elastocal.programs.writers.wording import header, wrapped
+from elastocal.robot.chain import Robot
+from elastocal.robot.controller_axes import has_forearm
 
 LONGEST_NAME = 32
 MOST_MOVES = 2000  # of a page
@@ -40,6 +42,11 @@ RESERVED = words(
     V2500 V3000 V4000 V5000 V6000 V7000 Z0 Z1 Z5 Z10 Z15 Z20 Z30 Z40 Z50 Z60 Z80 Z100 Z150 Z200
     """
 )
+ROD = (
+    "Something follows {third}, as a rod does that moves the forearm: ABB arms with such a rod "
+    "show {third} as the angle of the forearm to the base, here it is that of the model; if this "
+    "arm does so, say controller: {{couple: {{{third}: {{{second}: 1}}}}}} in the study first."
+)
 _LARGEST = 1e6
 _RUN = "Run_"
 _ANSWER = "nAnswer"
@@ -59,7 +66,14 @@ def write(program: RobotProgram, settings: Settings) -> dict[str, str]:
     )
     data = [_target(layout, row) for row in values.tolist()]
     trigger = _signal(settings.trigger)
-    head = header(program, settings, 76, units="degrees, mm", start=START.format(name=name))
+    head = header(
+        program,
+        settings,
+        76,
+        units="degrees, mm",
+        start=START.format(name=name),
+        shows=shows(robot, settings),
+    )
     if len(parts) > 1:
         pages = f"{names[0]} to {names[-1]}"
         head += wrapped(f"It calls its {len(parts)} pages, the modules {pages}.", 76)
@@ -84,6 +98,15 @@ def write(program: RobotProgram, settings: Settings) -> dict[str, str]:
 
 
 START = "Start: load every module of {name} into the task that moves the robot, call Run_{name}."
+
+
+def shows(robot: Robot, settings: Settings) -> str:
+    """What this controller may show otherwise than the model; empty if that is settled."""
+    if settings.converted or not has_forearm(robot):
+        return ""
+    _, second, third = [joint.name for joint in robot.joints if not joint.prismatic][:3]
+    rods = any(follower.leader == third for follower in robot.followers)
+    return ROD.format(second=second, third=third) if rods else ""
 
 
 def _module(head: list[str], name: str, body: list[str]) -> str:

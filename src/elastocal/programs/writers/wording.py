@@ -22,9 +22,18 @@ LOAD_DATA = (
 
 
 def header(
-    program: RobotProgram, settings: Settings, width: int, *, units: str, start: str = ""
+    program: RobotProgram,
+    settings: Settings,
+    width: int,
+    *,
+    units: str,
+    start: str = "",
+    shows: str = "",
 ) -> list[str]:
-    """Lines of a file's header without comment signs, none longer than `width` >= 32."""
+    """Lines of a file's header without comment signs, none longer than `width` >= 32.
+
+    `shows` says what this controller may show otherwise than the model.
+    """
     source = program.provenance
     whose = "converted for the controller" if settings.converted else "as in the model"
     sentences = [
@@ -33,6 +42,7 @@ def header(
         *(f"{what} sha256 {digest[:16]}" for what, digest in source.sources),
         start,
         f"Robot: {program.robot.name}. Joint values: {units}, {whose}.",
+        shows,
         *program.notes,
         f"{SAFETY} {WATCHED if program.watched else UNWATCHED}",
     ]
