@@ -285,12 +285,31 @@ def test_limits_that_a_controller_keeps_within_the_others_are_said() -> None:
 
 
 @pytest.mark.parametrize(
-    "soft", [SOFT.format("-2", "2"), SOFT.format("0", "0"), SOFT.format(1, -1)]
+    "soft", [SOFT.format("-2", "2"), SOFT.format("0", "0"), SOFT.format("-170", "170")]
 )
 def test_soft_limits_that_keep_nothing_back_are_not_said(soft: str) -> None:
     assert not any("safety" in said for said in read(edited(J1_LIMIT, J1_LIMIT + soft)).remarks)
     bare = '<safety_controller k_velocity="1"/>'
     assert read(edited(J1_LIMIT, J1_LIMIT + bare)).remarks == read(GOOD).remarks
+
+
+@pytest.mark.parametrize(
+    ("soft", "said"),
+    [
+        (SOFT.format(1, -1), "has soft_lower_limit 1 and soft_upper_limit -1, between which it"),
+        (SOFT.format(1, 1), "has soft_lower_limit 1 and soft_upper_limit 1, between which it"),
+        ('<safety_controller soft_lower_limit="1"/>', "has soft_lower_limit 1 and soft_upper"),
+        (SOFT.format(2.5, 4), "keeps it from 2.5 to 4, outside its limits -2 to 2; these are not"),
+    ],
+)
+def test_soft_limits_without_room_are_said(soft: str, said: str) -> None:
+    text = edited(J1_LIMIT, J1_LIMIT + soft)
+    robot = read(text)
+    assert (robot.lower[0], robot.upper[0]) == (-2, 2)
+    (remark,) = (remark for remark in robot.remarks if "safety_controller" in remark)
+    assert f": joint 'J1': its safety_controller {said}" in remark
+    limited = read(text, limits={"J1": (-1.0, 0.5)})  # type: ignore[arg-type]
+    assert not any("safety" in remark for remark in limited.remarks)
 
 
 def test_joints_without_end_have_no_limits() -> None:

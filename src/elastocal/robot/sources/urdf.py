@@ -177,12 +177,24 @@ def _standing(joint: UrdfJoint, value: float, remarks: list[str]) -> Array:
 
 def _softer(urdf: Urdf, joints: Sequence[Joint], limits: Limits) -> Iterator[str]:
     """What is said of limits that the controller keeps within those of the file."""
-    soft = {joint.name: joint.soft for joint in urdf.joints if joint.soft is not None}
+    soft = {joint.name: joint for joint in urdf.joints if joint.name not in limits}
     found = []
     for joint in joints:
-        low, high = soft.get(joint.name, (0.0, 0.0))
-        narrower = low > joint.lower + _SAME or high < joint.upper - _SAME
-        if joint.name not in limits and low < high and narrower:
+        written = soft.get(joint.name)
+        low, high = (written and written.soft) or (0.0, 0.0)
+        if written is None or low == high == 0.0:  # which many files say that mean none
+            continue
+        if not low < high:
+            yield (
+                f"{written.at}: its safety_controller has soft_lower_limit {low:g} and "
+                f"soft_upper_limit {high:g}, between which it cannot move; these are not looked at"
+            )
+        elif not (low < joint.upper and high > joint.lower):
+            yield (
+                f"{written.at}: its safety_controller keeps it from {low:g} to {high:g}, outside "
+                f"its limits {joint.lower:g} to {joint.upper:g}; these are not looked at"
+            )
+        elif low > joint.lower + _SAME or high < joint.upper - _SAME:
             scale, unit = joint.kind.scale, joint.kind.suffix
             found.append(f"{joint.name} {scale * low:.6g} to {scale * high:.6g}{unit}")
     if found:
