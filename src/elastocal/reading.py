@@ -6,13 +6,25 @@ memory or wait for ever, so what it is is asked before it is opened, and once mo
 
 from __future__ import annotations
 
+import codecs
 import os
 import stat
 from pathlib import Path
 
 from elastocal.errors import InputError
 
+_NO_CHARACTER_SETS = {"idna", "punycode", "unicode-escape", "raw-unicode-escape", "undefined"}
+"""Encodings that Python has for other things than the texts of files."""
 _AT_ONCE = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+
+
+def is_character_set(name: str) -> bool:
+    """Whether texts of files may be in the encoding `name`: rot13, hex or idna are for others."""
+    try:
+        "a".encode(name)
+        return codecs.lookup(name).name not in _NO_CHARACTER_SETS
+    except (LookupError, ValueError):
+        return False
 
 
 def bytes_of(path: Path, largest: int, error: type[InputError] = InputError) -> bytes:

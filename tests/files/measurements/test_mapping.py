@@ -230,6 +230,10 @@ BAD: dict[str, tuple[str, str, list[str]]] = {
         '"Fx [N]": 0', '"Fx [N]": [0, 1, 2]', ["line 20", "3 values", "files"]),
     "no constant": ('"Fx [N]": 0', '"Fx [N]": []', ["line 20", "empty list"]),
     "words of a number": ("  marker: {", "  Fx: {", ["line 22", "'Fx' has no words"]),
+    "words of no column": (
+        "  marker: {", "  valid: {yes: x}\n  marker: {",
+        ["line 22", "words of 'valid', for which this mapping names no column"]),
+    "words twice": ("P1: M1,", "P1: M1, p1: M2,", ["line 22", "'p1' is 'M2' here and 'M1'"]),
     "half a frame": ("words:", "frame: {}\nwords:", ["line 21", "rpy_deg or matrix"]),
     "no rotation": (
         "words:", "frame: {matrix: [[1, 0, 0], [0, 1, 0], [0, 0, 2]]}\nwords:", ["no rotation"]),
@@ -251,6 +255,24 @@ BAD: dict[str, tuple[str, str, list[str]]] = {
     "unknown state": ("after: loaded", "after: heavy", ["joints.csv, line 5", "'heavy'"]),
     "unknown joints": ("words:", "joints: mine\nwords:", ["joints", "'model' or 'controller'"]),
 }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["idna", "punycode", "rot13", "rot_13", "hex", "zip", "undefined", "unicode_escape", "utf-9"],
+)
+def test_what_is_no_encoding_of_text_gets_its_sentence(name: str, tmp_path: Path) -> None:
+    mapping = MAPPING.replace("columns:", f"encoding: {name}\ncolumns:", 1)
+    sentence = sentence_of(lambda: read(mapping, TWO, tmp_path))
+    assert f"line 2: encoding: no encoding {name!r} of text is known; expected" in sentence
+
+
+@pytest.mark.parametrize("name", ["utf-16-le", "utf-16", "utf-32-be", "utf-8-sig", "gb18030"])
+def test_encodings_that_the_mapping_names_are_read(name: str, tmp_path: Path) -> None:
+    mapping = MAPPING.replace("columns:", f"encoding: {name}\ncolumns:", 1)
+    files = {n: data.decode("cp1252").encode(name) for n, data in TWO.items()}
+    found = read(mapping, files, tmp_path)
+    np.testing.assert_array_equal(found.deflection, read(MAPPING, TWO, tmp_path).deflection)
 
 
 @pytest.mark.parametrize("name", BAD)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -22,6 +22,7 @@ from elastocal.files.tables.units import factor, split_header, unit_hint
 from elastocal.files.texts import is_version, read_text
 from elastocal.files.values import Count, DegreeVector, Either, Flag, Name, Number, Section, Vector
 from elastocal.files.yaml_lines import Located, Path_, parse
+from elastocal.reading import is_character_set
 from elastocal.robot.chain import Robot
 from elastocal.robot.rotations import from_zyx_angles
 
@@ -55,10 +56,11 @@ _Column = Either[Annotated[int | str, BeforeValidator(_column)], ColumnFile]
 
 
 def _known_encoding(name: str) -> str:
-    try:
-        b" ".decode(name)  # of no bytes Python does not ask for the encoding
-    except (LookupError, UnicodeError):
-        raise ValueError(f"no encoding {name!r} of text is known") from None
+    if not is_character_set(name):
+        raise ValueError(
+            f"no encoding {name!r} of text is known; expected one such as utf-8, cp1252, utf-16-le "
+            "or gb18030"
+        )
     return name
 
 
@@ -192,12 +194,7 @@ def read_mapping(path: str | Path, robot: Robot) -> FieldMapping:
     places = tuple(_places(document, file, robot))
     constants = tuple(_constants(document, file, robot))
     _check_once(document, places, constants)
-    for name in file.words:
-        if name not in WORDS:
-            raise MeasurementFileError(
-                f"{document.where(('words', name))}: words: {name!r} has no words to translate; "
-                f"expected one of {', '.join(WORDS)}"
-            )
+    _check_words(document, file, {place.meaning.key for place in places})
     return FieldMapping(
         path,
         hashlib.sha256(text.encode()).hexdigest(),
@@ -327,6 +324,30 @@ def _check_once(
                 f"{document.where(('markers', marker))}: marker {marker!r} has no column for "
                 f"{lacking[0]!r}, which other markers have"
             )
+
+
+def _check_words(document: Located, file: MappingFile, columns: Collection[str]) -> None:
+    """Refuse words that nothing is translated by: of no column, or twice."""
+    for name, words in file.words.items():
+        where = document.where(("words", name))
+        if name not in WORDS:
+            raise MeasurementFileError(
+                f"{where}: words: {name!r} has no words to translate; expected one of "
+                f"{', '.join(WORDS)}"
+            )
+        if name not in columns:
+            raise MeasurementFileError(
+                f"{where}: words of {name!r}, for which this mapping names no column; expected "
+                f"{name!r} under 'columns'"
+            )
+        seen: dict[str, str] = {}
+        for theirs, ours in words.items():
+            if seen.setdefault(theirs.lower(), ours) != ours:
+                raise MeasurementFileError(
+                    f"{document.where(('words', name, theirs))}: words of {name!r}: {theirs!r} is "
+                    f"{ours!r} here and {seen[theirs.lower()]!r} in other letters; small and "
+                    "capital ones are not told apart"
+                )
 
 
 def _wide(places: tuple[Place, ...]) -> bool:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from xml.parsers import expat
 
 from elastocal.errors import InputError
+from elastocal.reading import is_character_set
 
 _DEEPEST, _MOST = 100, 200_000
 _MARKS = (
@@ -26,7 +27,6 @@ _MARKS = (
 """How a file in each encoding begins, if it is not one that holds ASCII as it is."""
 _DECLARED = re.compile(rb"""\s*<\?xml[^>]{0,80}?\sencoding\s*=\s*["']([A-Za-z0-9._-]{1,40})["']""")
 _DECLARATION = re.compile(r"\A\s*<\?xml\s[^>]{0,200}\?>")
-_NO_CHARACTER_SETS = {"idna", "punycode", "unicode-escape", "raw-unicode-escape", "undefined"}
 
 
 @dataclass
@@ -97,7 +97,7 @@ def _decoded(data: bytes, where: str) -> str:
     said = declared[1].decode() if declared else ""
     encoding = marked or said or "utf-8"
     try:
-        if codecs.lookup(encoding).name in _NO_CHARACTER_SETS:
+        if not is_character_set(encoding):
             raise LookupError
         text = data.decode(encoding)
         # What declares the encoding is done with, also behind blank lines, which XML forbids.
