@@ -153,6 +153,86 @@ CLAIMS = {
 }
 
 
+def origin(**parts: str) -> Change:
+    """Other measurements named as those that the model was made from."""
+
+    def change(document: dict[str, Any]) -> None:
+        document["provenance"]["measurements"].update(parts)
+        if "sha256" in parts:
+            document["provenance"]["readings"] = [parts["sha256"]]
+
+    return change
+
+
+def test_a_hash_that_is_not_among_the_readings_is_refused(folder: Path) -> None:
+    def change(document: dict[str, Any]) -> None:
+        document["provenance"]["measurements"]["sha256"] = 64 * "1"
+
+    model, words = edit(folder, change), "is not among the readings; one of them was changed"
+    place = "edited.json, line "
+    for command in (
+        ("validate", "study.yaml", model, "m.csv"),
+        ("validate", "study.yaml", model, "v.csv"),
+        ("identify", "study.yaml", "v.csv", "--prior", model, "-o", "new.json"),
+        ("compensate", "study.yaml", model, "path.csv"),
+    ):
+        refused(run(*command), place, "provenance: ", words)
+
+
+def test_measurements_of_another_content_are_noticed(folder: Path) -> None:
+    model = edit(folder, origin(sha256=64 * "1"))
+    result = run("validate", "study.yaml", model, "m.csv")
+    assert result.exit_code == 0, result.stderr
+    assert "note: edited.json was made from another content of m.csv than it has now" in (
+        result.stderr
+    )
+    page = ("report", "plan.json", "--quick", "-o", "noted.html", "--force", "--model", model)
+    result = run(*page, "--measurements", "m.csv")
+    assert result.exit_code == 0, result.stderr
+    assert "note: edited.json follows from m.csv, but names other measurements" in result.stderr
+    result = run(*page, "--validation", "m.csv")
+    assert "note: edited.json was made from another content of m.csv" in result.stderr
+    assert "other" not in run("validate", "study.yaml", model, "v.csv").stderr
+
+
+def test_readings_that_a_model_counts_are_no_test_of_it(folder: Path) -> None:
+    made = run("identify", "study.yaml", "v.csv", "--prior", "model.json", "-o", "both.json")
+    assert made.exit_code == 0, made.stderr
+    said = "note: both.json counts readings of m.csv already: they are no test of it"
+    assert said in run("validate", "study.yaml", "both.json", "m.csv").stderr
+    page = ("report", "plan.json", "--quick", "-o", "both.html")
+    result = run(*page, "--model", "model.json", "--validation", "m.csv")
+    refused(result, "m.csv: these are the measurements model.json was made from; name them with")
+
+
+@pytest.mark.parametrize(
+    ("section", "key", "value"),
+    [
+        ("identification", "confidence", 1.5),
+        ("identification", "iterations", -1),
+        ("identification", "experiments", -3),
+        ("identification", "readings", 2.5),
+        ("diagnostics", "scale_of_noise", -1.0),
+        ("diagnostics", "chi_square", -4),
+        ("diagnostics", "degrees_of_freedom", -4),
+        ("diagnostics", "rms_residual_mm", -0.1),
+        ("diagnostics", "singular_values", [1.0, -1.0]),
+    ],
+)
+def test_numbers_that_mean_nothing_are_refused_by_their_key(
+    folder: Path, section: str, key: str, value: Any
+) -> None:
+    def change(document: dict[str, Any]) -> None:
+        document[section][key] = value
+
+    model = edit(folder, change)
+    for command in (
+        ("validate", "study.yaml", model, "m.csv"),
+        ("compensate", "study.yaml", model, "path.csv"),
+    ):
+        refused(run(*command), "edited.json, line ", f"{section}.{key}", ": expected ")
+
+
 def refused(result: Any, *words: str) -> None:
     assert (result.exit_code, result.stdout) == (2, ""), result.stderr
     assert result.stderr.count("\n") == 1

@@ -113,6 +113,84 @@ def test_json_is_read_strictly(folder: Path, old: str, new: str, words: str) -> 
     assert result.stderr.count("\n") == 1
 
 
+SENSELESS = {
+    "certificate.efficiency": (-0.5, 1.5),
+    "certificate.fresh_starts": (-1, 600.5),
+    "certificate.attained": (-1, "many"),
+    "certificate.narrow_starts": (-1,),
+    "certificate.narrow_attained": (-3,),
+    "certificate.rarest": (-1, 1e3),
+    "certificate.missed": (-0.1, 7),
+    "certificate.peak.ratio": (-1,),
+    "certificate.continuous_design, entry 1.weight": (-0.5,),
+    "seed": (-1,),
+    "experiments": (-12,),
+    "searches.apart": (-1e-3,),
+    "schedule.hours": (-2,),
+    "rho0_mm": (-0.01,),
+    "standard_error.J2.value": (-1e-9,),
+    "load_cases, entry 1.done_after_min": (-5,),
+}
+
+
+@pytest.mark.parametrize("key", SENSELESS)
+def test_numbers_that_mean_nothing_are_refused_by_their_key(folder: Path, key: str) -> None:
+    *way, last = key.replace(", entry 1", ".0").split(".")
+    for value in SENSELESS[key]:
+
+        def change(document: dict[str, Any], value: Any = value) -> None:
+            inner: Any = document
+            for part in way:
+                inner = inner[int(part) if part.isdigit() else part]
+            assert last in inner
+            inner[last] = value
+
+        plan = edit(folder, change)
+        for command in (
+            ("export", plan, "--to", "csv", "-o", folder),
+            ("evaluate", folder / "study.yaml", plan, "--random", "0"),
+        ):
+            result = run(*command)
+            assert (result.exit_code, result.stdout) == (2, ""), (key, value, result.stdout)
+            shown = key.replace(", entry 1", "")
+            assert f"edited.json: {shown}: expected " in result.stderr, result.stderr
+            assert result.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("key", "among"),
+    [
+        ("attained", ("fresh_starts",)),
+        ("narrow_attained", ("narrow_starts",)),
+        ("rarest", ("fresh_starts", "narrow_starts")),
+    ],
+)
+def test_no_more_starts_reach_it_than_there_were(
+    folder: Path, key: str, among: tuple[str, ...]
+) -> None:
+    def change(document: dict[str, Any]) -> None:
+        document["certificate"][key] = 10_000
+
+    plan = edit(folder, change)
+    certificate = json.loads(plan.read_text("utf-8"))["certificate"]
+    starts = sum(certificate[name] for name in among)
+    result = run("export", plan, "--to", "csv", "-o", folder)
+    assert (result.exit_code, result.stdout) == (2, "")
+    said = f"edited.json: certificate: {key} is 10000, of only {starts} starts"
+    assert said in result.stderr
+
+
+def test_a_bound_below_zero_is_refused(folder: Path) -> None:
+    def change(document: dict[str, Any]) -> None:
+        document["certificate"]["rho0_lower_bound_mm"] = -1.0
+
+    result = run("export", edit(folder, change), "--to", "csv", "-o", folder)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert "certificate: rho0_lower_bound_mm: expected 0 or a positive number, found -1" in (
+        result.stderr
+    )
+
+
 def other_angle(document: dict[str, Any]) -> None:
     document["load_cases"][0]["q_deg"]["J2"] += 5.0
 
@@ -147,7 +225,7 @@ FALSE = {
     once_more: "it claims 3 experiments but has 4",
     better: "it claims ρ0 =",
     better_in_another_unit: "it claims a standard error of",
-    too_good_to_be_true: "it claims an efficiency of 2.0000",
+    too_good_to_be_true: "certificate.efficiency: expected a share from 0 to 1, found 2",
     refuted_bound: "it claims that no plan is better than",
 }
 

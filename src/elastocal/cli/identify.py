@@ -115,6 +115,7 @@ def validate_command(
         identified_cases,
         known_in,
         known_model,
+        note_measurements,
         note_model,
     )
     from elastocal.cli.measured import readings
@@ -140,6 +141,7 @@ def validate_command(
     else:
         data = kept_aside(data)
         given = read_model(model, study.robot)
+        note_measurements(model, data)
         before = identified_cases(model, study.robot)
         validation = validate(study.arm, given, data, confidence=confidence, identified=before)
     if as_json:

@@ -17,7 +17,7 @@ from elastocal.cli.number_options import flaw
 from elastocal.elastic.compliance_model import ComplianceModel, merged_models
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InputError
-from elastocal.files.models.model_file import model_sections, read_model
+from elastocal.files.models.model_file import model_sections, read_model, readings_in
 from elastocal.files.paths.path_file import read_path
 from elastocal.files.plans.load_case_entries import read_load_cases
 from elastocal.files.plans.plan_file import read_with_study, study_hash
@@ -25,6 +25,8 @@ from elastocal.files.plans.proposal_file import Proposal, read_proposal, study_f
 from elastocal.files.study.known import KnownOf, known_at
 from elastocal.files.study.study_file import named_files, parse_study, read_study
 from elastocal.identification.fit import Fit
+from elastocal.measuring.measurements import Measurements
+from elastocal.names import LONGEST
 from elastocal.planning.assessment import assess
 from elastocal.planning.baseline import in_test_poses
 from elastocal.planning.evaluation import false_claims
@@ -216,6 +218,35 @@ def refuse_false_claims(name: str, proposal: Proposal, study: Study) -> None:
             f"{name}: {worded(doubt)}, so it was changed after planning; load cases that are "
             "changed by hand are a run sheet (CSV), which claims nothing"
         )
+
+
+def note_measurements(path: Path, data: Measurements, *, fitted: bool = False) -> None:
+    """Say on standard error if a model names measurements otherwise than they are.
+
+    Args:
+        path: The model.
+        data: Measurements that are not those it names, by their hash.
+        fitted: Whether the model follows from them all the same.
+    """
+    origin = model_sections(path)["provenance"].get("measurements") or {}
+    name, digest = Path(origin.get("name", "")).name[:LONGEST], origin.get("sha256", "")
+    if not digest or digest == data.sha256:
+        return
+    if fitted:
+        note = (
+            f"follows from {data.source}, but names other measurements under provenance: "
+            f"{name!r}, sha256 {digest[:16]}…"
+        )
+    elif {*data.readings} & {*readings_in(path)}:
+        note = f"counts readings of {data.source} already: they are no test of it"
+    elif name == Path(data.source).name[:LONGEST]:
+        note = (
+            f"was made from another content of {name} than it has now (sha256 {digest[:16]}… "
+            f"there, {data.sha256[:16]}… here): one of them was changed"
+        )
+    else:
+        return
+    print(f"note: {path.name} {note}", file=sys.stderr)
 
 
 def note_model(path: Path, study: Study) -> None:

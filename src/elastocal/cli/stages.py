@@ -15,6 +15,7 @@ from elastocal.cli.inputs import (
     identified_cases,
     known_model,
     model_at,
+    note_measurements,
     note_model,
     start_of,
     tool_called,
@@ -26,6 +27,7 @@ from elastocal.elastic.compliance_model import ComplianceModel, merged_models
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InputError
 from elastocal.files.measurements.suspicious import kept_aside
+from elastocal.files.models.provenance_section import made_from
 from elastocal.files.paths.path_file import read_path
 from elastocal.fitting.goodness import quantile
 from elastocal.identification.fit import Fit
@@ -94,7 +96,10 @@ def _identified(study: Study, files: Files, confidence: float) -> Identification
     data = readings(study, files.measurements, files.mapping)
     refuse_twice(data, files.prior, files.known, study.known)
     how, known = fit_of(files.model, confidence), known_model(files.known, study)
-    return refit(study, data, how, files.model, files.prior, known)
+    found = refit(study, data, how, files.model, files.prior, known)
+    if files.model is not None:
+        note_measurements(files.model, data, fitted=True)
+    return found
 
 
 def _references(study: Study, files: Files) -> dict[str, ComplianceModel]:
@@ -126,6 +131,13 @@ def _validated(
             f"{files.validation[0]}: these are the measurements the model was made from; leave "
             "--validation out, then every experiment is left out in turn"
         )
+    if fitted is None and files.model is not None:
+        if made_from(files.model, kept):
+            raise InputError(
+                f"{files.validation[0]}: these are the measurements {files.model} was made from; "
+                "name them with --measurements, then every experiment is left out in turn"
+            )
+        note_measurements(files.model, kept)
     before = fitted.measurements.cases if fitted else identified_cases(files.model, study.robot)
     return validate(study.arm, model, kept, confidence=confidence, identified=before)
 

@@ -16,6 +16,7 @@ from elastocal.names import LONGEST, flaw
 
 _LONGEST_PATH = 4096  # as long as paths may be
 _DIGITS = re.compile(r"[-+]?(0[xX][\da-fA-F_]+|(0[oObB])?[\d_:.]+([eE][-+]?\d+)?)", re.ASCII)
+_ROUNDING = 1e-6  # by which a share may be above 1
 _EXTREME = "expected a number of ordinary size, found one beyond 1e30 or 1e-30"
 
 
@@ -62,6 +63,27 @@ def _count(value: Any) -> int:
     number = _whole(value)
     if not 1 <= number <= 1_000_000:
         raise ValueError(f"expected a whole number from 1 to 1000000, found {number}")
+    return number
+
+
+def _at_least_zero(value: Any) -> float:
+    number = _finite(value)
+    if number < 0.0:
+        raise ValueError(f"expected 0 or a positive number, found {number:g}")
+    return number
+
+
+def _share(value: Any) -> float:
+    number = _finite(value)
+    if not 0.0 <= number <= 1.0 + _ROUNDING:
+        raise ValueError(f"expected a share from 0 to 1, found {number:.10g}")
+    return number
+
+
+def _natural(value: Any) -> int:
+    number = _whole(value)
+    if number < 0:
+        raise ValueError(f"expected a whole number from 0, found {number}")
     return number
 
 
@@ -150,9 +172,13 @@ Finite = Annotated[float, BeforeValidator(_finite)]
 """A number however small, as products of sines and covariances are."""
 FiniteVector = Annotated[list[float], _numbers(3, "three numbers [x, y, z]", _finite)]
 Matrix = Annotated[list[list[float]], BeforeValidator(_rows)]
+AtLeastZero = Annotated[float, BeforeValidator(_at_least_zero)]
+"""As `Finite`, not negative: what sizes, errors and ratios are."""
+Share = Annotated[float, BeforeValidator(_share)]
+Natural = Annotated[int, BeforeValidator(_natural)]
+"""How many of something there were: a whole number from 0."""
 Positive = Annotated[float, BeforeValidator(_positive)]
 NonNegative = Annotated[float, BeforeValidator(_non_negative)]
-WholeNumber = Annotated[int, BeforeValidator(_whole)]
 Count = Annotated[int, BeforeValidator(_count)]
 Vector = Annotated[list[float], _numbers(3, "three numbers [x, y, z]")]
 Range = Annotated[list[float], _numbers(2, "two numbers [lower, upper]")]

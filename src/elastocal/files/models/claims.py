@@ -5,15 +5,15 @@ What is claimed of the compliances is compared with them; the rest must be what 
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import BeforeValidator
+from pydantic import AfterValidator, BeforeValidator, model_validator
 
 from elastocal.arrays import Array
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.errors import InputError
-from elastocal.files.values import Finite, Flag, Matrix, Name, OpenSection, WholeNumber
+from elastocal.files.values import AtLeastZero, Finite, Flag, Matrix, Name, Natural, OpenSection
 from elastocal.files.yaml_lines import LocatedError, at
 from elastocal.fitting.goodness import quantile
 from elastocal.identification.choices import LossName, Model, Sigma
@@ -37,6 +37,24 @@ class ProvenanceFile(OpenSection):
     models: list[OriginFile] | None = None
     readings: list[str] | None = None
 
+    @model_validator(mode="after")
+    def _of_one_piece(self) -> Self:
+        """The measurements are among the readings: of one file both have the same hash."""
+        named, several = self.measurements, (", ", " through ")
+        alone = named is not None and not any(part in named.name for part in several)
+        if named is not None and alone and self.readings and named.sha256 not in self.readings:
+            raise ValueError(
+                f"the sha256 of measurements, {named.sha256[:16]!r}…, is not among the readings; "
+                "one of them was changed"
+            )
+        return self
+
+
+def _confidence(value: float) -> float:
+    if not 0.5 <= value < 1.0:
+        raise ValueError(f"expected 0.5 to below 1, found {value:g}")
+    return value
+
 
 def _two(value: Any) -> Any:
     if not isinstance(value, list) or len(value) != 2:
@@ -52,12 +70,12 @@ class IdentificationFile(OpenSection):
     sigma: Sigma = "known"
     loss: LossName = "squares"
     nonnegative: Flag = False
-    confidence: Finite = 0.95
+    confidence: Annotated[Finite, AfterValidator(_confidence)] = 0.95
     interval: dict[str, Annotated[list[Finite], BeforeValidator(_two)]] | None = None
     linear_model: dict[str, Finite] | None = None
-    iterations: WholeNumber | None = None
-    experiments: WholeNumber | None = None
-    readings: WholeNumber | None = None
+    iterations: Natural | None = None
+    experiments: Natural | None = None
+    readings: Natural | None = None
     load_cases: list[dict[str, Any]] | None = None
 
 
@@ -66,15 +84,15 @@ class DiagnosticsFile(OpenSection):
 
     remarks: list[str] | None = None
     doubts: list[dict[str, Any]] | None = None
-    scale_of_noise: Finite | None = None
-    scale_of_noise_by_kind: dict[str, Finite | None] | None = None
-    chi_square: Finite | None = None
-    degrees_of_freedom: WholeNumber | None = None
+    scale_of_noise: AtLeastZero | None = None
+    scale_of_noise_by_kind: dict[str, AtLeastZero | None] | None = None
+    chi_square: AtLeastZero | None = None
+    degrees_of_freedom: Natural | None = None
     lack_of_fit: dict[str, Any] | None = None
     correlation: Matrix | None = None
-    singular_values: list[Finite] | None = None
-    rms_residual_mm: Finite | None = None
-    rms_residual_mrad: Finite | None = None
+    singular_values: list[AtLeastZero] | None = None
+    rms_residual_mm: AtLeastZero | None = None
+    rms_residual_mrad: AtLeastZero | None = None
     experiments: list[dict[str, Any]] | None = None
     test_poses: list[dict[str, Any]] | None = None
 
@@ -104,11 +122,6 @@ def _refuse_interval(
     model: ComplianceModel, name: str, claimed: list[float], confidence: float
 ) -> None:
     """Refuse an interval that is not that of a compliance and its standard error."""
-    if not 0.5 <= confidence < 1.0:
-        raise LocatedError(
-            ("confidence",),
-            f"identification.confidence: expected 0.5 to below 1, found {confidence:g}",
-        )
     i = model.names.index(name)
     value, error = model.compliance[i], model.standard_error[i]
     half = quantile(0.5 + 0.5 * confidence, model.dof) * error

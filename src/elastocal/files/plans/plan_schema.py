@@ -6,13 +6,13 @@ Keys of other programs may stand beside these.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
-from pydantic import ValidationError
+from pydantic import ValidationError, model_validator
 
 from elastocal.errors import PlanFileError
 from elastocal.files.problems import first_problem
-from elastocal.files.values import Finite, Flag, Name, OpenSection, WholeNumber
+from elastocal.files.values import AtLeastZero, Finite, Flag, Name, Natural, OpenSection, Share
 from elastocal.files.yaml_lines import Located
 
 
@@ -38,35 +38,35 @@ class NearestFile(OpenSection):
 class PlannedCaseFile(OpenSection):
     """A load case, besides what is measured there."""
 
-    done_after_min: Finite | None = None
+    done_after_min: AtLeastZero | None = None
     nearest_constraint: NearestFile | None = None
 
 
 class WorstPointFile(OpenSection):
     """The worst point along a path."""
 
-    points: WholeNumber | None = None
-    worst_mm: Finite | None = None
+    points: Natural | None = None
+    worst_mm: AtLeastZero | None = None
     worst_point: str = ""
 
 
 class StandardErrorFile(OpenSection):
     """The standard error of one compliance; null where it is infinite."""
 
-    value: Finite | None = None
+    value: AtLeastZero | None = None
     unit: str = ""
 
 
 class WeighedCaseFile(OpenSection):
     """A load case of the continuous design."""
 
-    weight: Finite
+    weight: AtLeastZero
 
 
 class PeakFile(OpenSection):
     """The load case of the largest sensitivity."""
 
-    ratio: Finite | None = None
+    ratio: AtLeastZero | None = None
 
 
 class CertificateFile(OpenSection):
@@ -75,13 +75,34 @@ class CertificateFile(OpenSection):
     kind: str = ""
     criterion: str = ""
     why: str = ""
-    efficiency: Finite | None = None
-    fresh_starts: WholeNumber | None = None
-    attained: WholeNumber | None = None
+    efficiency: Share | None = None
+    fresh_starts: Natural | None = None
+    attained: Natural | None = None
+    narrow_starts: Natural | None = None
+    narrow_attained: Natural | None = None
+    rarest: Natural | None = None
+    missed: Share | None = None
     floored: Flag = False
     left_out: list[str] | None = None
     peak: PeakFile | None = None
     continuous_design: list[WeighedCaseFile] | None = None
+
+    @model_validator(mode="after")
+    def _no_more_than_there_were(self) -> Self:
+        """What starts reached, of as many starts as there were."""
+        searched = (self.fresh_starts, self.narrow_starts)
+        for key, starts in (
+            ("attained", searched[:1]),
+            ("narrow_attained", searched[1:]),
+            ("rarest", searched),
+        ):
+            some, among = getattr(self, key), [n for n in starts if n is not None]
+            if some is not None and among and some > sum(among):
+                raise ValueError(f"{key} is {some}, of only {sum(among)} starts")
+        for key, bound in (self.model_extra or {}).items():
+            if key.endswith("_lower_bound_mm") and isinstance(bound, (int, float)) and bound < 0.0:
+                raise ValueError(f"{key}: expected 0 or a positive number, found {bound:g}")
+        return self
 
 
 class AfterFile(OpenSection):
@@ -89,7 +110,7 @@ class AfterFile(OpenSection):
 
     measurements: str = ""
     sha256: str = ""
-    experiments: WholeNumber | None = None
+    experiments: Natural | None = None
 
 
 class KnownFile(OpenSection):
@@ -106,16 +127,16 @@ class PlanFile(OpenSection):
     made_by: str = ""
     study: StudyOriginFile | None = None
     criterion: Name | None = None
-    seed: WholeNumber | None = None
-    experiments: WholeNumber | None = None
-    searches: dict[str, Finite] | None = None
+    seed: Natural | None = None
+    experiments: Natural | None = None
+    searches: dict[str, AtLeastZero] | None = None
     load_cases_sha256: str = ""
     free_joints: list[str] | None = None
-    schedule: dict[str, Finite] | None = None
+    schedule: dict[str, AtLeastZero] | None = None
     after: AfterFile | None = None
     known: KnownFile | None = None
-    rho0_mm: Finite | None = None
-    rho0_each_mm: dict[str, Finite | None] | None = None
+    rho0_mm: AtLeastZero | None = None
+    rho0_each_mm: dict[str, AtLeastZero | None] | None = None
     paths: dict[str, WorstPointFile] | None = None
     standard_error: dict[str, StandardErrorFile] | None = None
     covariance: dict[str, Any] | None = None
