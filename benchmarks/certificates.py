@@ -93,11 +93,13 @@ def main() -> None:
             if abs(done.excess) > LIMIT or not done.converged:
                 print(f"{done.matrix} seed {done.seed}: {done.excess:+.2e}", flush=True)
     lines = table(runs)
+    beside = "One process of one thread"
+    if arguments.processes > 1:
+        beside = f"{arguments.processes} processes of one thread each, which slow each other down"
     print("\n".join(lines))
     parts = [
         "# False bounds",
-        f"Made by `benchmarks/certificates.py`. {about}. {arguments.processes} processes of one "
-        f"thread each, which slow each other down. Seeds {seeds[0]} to {seeds[-1]}. Deviations "
+        f"Made by `benchmarks/certificates.py`. {about}. {beside}. Seeds {seeds[0]} to {seeds[-1]}. Deviations "
         f"are relative, in rho0; false and slack begin at {LIMIT:g}.",
         "\n".join(lines),
     ]
