@@ -99,8 +99,8 @@ def main() -> None:
     print("\n".join(lines))
     parts = [
         "# False bounds",
-        f"Made by `benchmarks/certificates.py`. {about}. {beside}. Seeds {seeds[0]} to {seeds[-1]}. Deviations "
-        f"are relative, in rho0; false and slack begin at {LIMIT:g}.",
+        f"Made by `benchmarks/certificates.py`. {about}. {beside}. Seeds {seeds[0]} to "
+        f"{seeds[-1]}. Deviations are relative, in rho0; false and slack begin at {LIMIT:g}.",
         "\n".join(lines),
     ]
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
