@@ -53,6 +53,18 @@ def test_words_with_a_meaning(word: str) -> None:
     assert parse(f"a: '{word}'", FILE).value["a"] == word, "in quotes every word is itself"
 
 
+@pytest.mark.parametrize(
+    "sign", ["\0", "\x07", "\x1b", "\x7f", "\x85", "\x9b", "\u2028", "\u2029", "\ufffe", "\ud800"]
+)
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_control_characters_are_refused_with_their_place(sign: str, end: str) -> None:
+    text = end.join(["a: 1", "# µ", f"bcd: 'x{sign}y'", "e: 2"])
+    with pytest.raises(StudyError) as caught:
+        parse(text, FILE)
+    said = f"study.yaml, line 3, column 8: character U+{ord(sign):04X} is no text; remove it"
+    assert str(caught.value) == said
+
+
 def test_not_a_number() -> None:
     assert math.isnan(parse("a: .nan", FILE).value["a"])
 

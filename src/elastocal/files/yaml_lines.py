@@ -23,6 +23,10 @@ NUMBER = re.compile(r"[-+]?((0|[1-9]\d*)(\.\d*)?|\.\d+)([eE][-+]?\d+)?", re.ASCI
 _WHOLE = re.compile(r"[-+]?\d+", re.ASCII)
 _LONGEST = 100  # characters of a number
 _WORDS = {"true": True, "yes": True, "on": True, "false": False, "no": False, "off": False}
+_UNSEEN = re.compile(
+    "[\\x00-\\x08\\x0b\\x0c\\x0e-\\x1f\\x7f-\\x9f\\u2028\\u2029\\ud800-\\udfff\\ufffe\\uffff]"
+)
+"""What YAML does not have, and what it takes for ends of lines where nobody sees one."""
 _NOT_FINITE = re.compile(r"([-+]?)\.(inf|Inf|INF)|(\.(nan|NaN|NAN))")
 
 
@@ -72,8 +76,16 @@ def parse(text: str, file: Path) -> Located:
     """Parse a YAML document.
 
     Raises:
-        StudyError: not YAML, a repeated key, an alias, or nested without measure.
+        StudyError: not YAML, a control character, a repeated key, an alias, or nested without
+            measure.
     """
+    if found := _UNSEEN.search(text):
+        before = text[: found.start()]
+        line, column = before.count("\n") + 1, found.start() - before.rfind("\n")
+        raise StudyError(
+            f"{file}, line {line}, column {column}: character U+{ord(found[0]):04X} is no text; "
+            "remove it"
+        )
     try:
         node = yaml.compose(text, Loader=yaml.SafeLoader)
         if node is None:

@@ -106,7 +106,7 @@ def test_weights_of_a_certificate_are_shares(
         assert found is not None
         np.testing.assert_allclose(found.weights, [0.75, 0.25])
     else:
-        with pytest.raises(PlanFileError, match="must be shares of 1|expected 0 or a positive"):
+        with pytest.raises(PlanFileError, match=r"must be shares of 1|expected 0 or a positive"):
             ec.read_proposal(path, plan.study)
     del document["certificate"]["continuous_design"]
     path.write_text(json.dumps(document), "utf-8")
