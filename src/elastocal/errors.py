@@ -103,6 +103,7 @@ Code = Literal[
     "small-angles",
     "small-pose-force",
     "pose-below-floor",
+    "robot-below-floor",
     "small-force",
     "coarse-sigma",
     "near-tracker",

@@ -69,9 +69,32 @@ def test_switched_off_by_name(off: str) -> None:
 
 @pytest.mark.parametrize("wrong", ["true", "on", "7", "0", "up", "[1]"])
 def test_neither_off_nor_keys(wrong: str) -> None:
-    for key in ("collision", "floor"):
-        with pytest.raises(InputError, match=rf"line 17: constraints.{key}: expected off, or keys"):
+    found = {"true": "true", "on": "true", "up": "'up'", "[1]": r"\[1\]"}.get(wrong, wrong)
+    may_be = {"collision": r"\{\}, which may have keys such as margin_mm: 20"}
+    may_be["floor"] = r"\{z_mm: …\}, its height in the base frame"
+    for key, section in may_be.items():
+        said = rf"line 17: constraints.{key}: expected off or {section}, found {found}$"
+        with pytest.raises(InputError, match=said):
             study(QUIET + f"  {key}: {wrong}\n")
+
+
+@pytest.mark.parametrize(("height", "below"), [(1000, True), (2000, True), (340, False)])
+def test_a_floor_over_the_robot_is_said(height: int, below: bool) -> None:
+    """The turntable of this robot is a column up to 675 mm; nothing stands on a floor above it."""
+    found = study(QUIET + f"  floor: {{z_mm: {height}}}\n")
+    said = [worded(d) for d in _doubts(found, 3.0) if d.code == "robot-below-floor"]
+    (floor,) = (c for c in found.constraints if isinstance(c, Clearance) and c.what == "floor")
+    why = {left.why for left in floor.unwatched}
+    if below:
+        assert said == [
+            "A1, on which the robot stands, is wholly below the floor, which is "
+            f"{height} mm above the origin of the base: is it meant to be below, as in "
+            "constraints: {floor: {z_mm: -300}}?"
+        ]
+        assert "below-it" in why
+    else:
+        assert not said
+        assert "below-it" not in why
 
 
 def test_the_floor_needs_its_height_and_may_be_elsewhere() -> None:

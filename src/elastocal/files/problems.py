@@ -10,7 +10,7 @@ from typing import Any, get_args
 from pydantic import ValidationError
 
 from elastocal.files.tables.units import UNITS
-from elastocal.files.values import Section
+from elastocal.files.values import Section, as_written
 from elastocal.files.yaml_lines import Located, Path_
 from elastocal.names import shown
 
@@ -48,17 +48,19 @@ def _described(
         parent = _spelled(path[:-1])
         sentence = f"key {path[-1]!r} is missing" + (f" in {parent}" if parent else "")
     elif kind == "literal_error":
-        sentence = f"{_spelled(path)}: expected {error['ctx']['expected']}, found {found!r:.80}"
+        sentence = (
+            f"{_spelled(path)}: expected {error['ctx']['expected']}, found {as_written(found)}"
+        )
     elif kind == "value_error":
         sentence = f"{_spelled(path)}: {error['ctx']['error']}"
     else:
-        shown = f"{found!r:.80}" if isinstance(found, (str, int, float)) else type(found).__name__
+        plain = found is None or isinstance(found, (str, int, float))
+        shown = as_written(found) if plain else type(found).__name__
         expected = {
             "model_type": "a section of keys",
             "dict_type": "a section of keys",
             "list_type": "a list",
         }.get(kind, error["msg"].removeprefix("Input should be "))
-        shown = "nothing" if found is None else shown
         sentence = f"{_spelled(path)}: expected {expected}, found {shown}"
     # A missing key has no line of its own, so it comes last; on one line the deepest comes first.
     place = (document.line(path) + (1_000_000 if kind == "missing" else 0), -len(path))

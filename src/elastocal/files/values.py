@@ -30,7 +30,7 @@ def _finite(value: Any) -> float:
             hint = "; the unit belongs in the key, the value is a bare number"
         elif isinstance(value, str) and re.fullmatch(r"[-+]?\d+,\d+", value):
             hint = "; write the decimal point as '.'"
-        raise ValueError(f"expected a number, found {value!r:.80}{hint}")
+        raise ValueError(f"expected a number, found {as_written(value)}{hint}")
     if not math.isfinite(value if isinstance(value, float) else 0.0):
         raise ValueError(f"expected a finite number, found {value}")
     if not abs(value) < 1e30:
@@ -89,14 +89,14 @@ def _natural(value: Any) -> int:
 
 def _whole(value: Any) -> int:
     if isinstance(value, bool) or not isinstance(value, int):
-        raise ValueError(f"expected a whole number, found {value!r:.80}")
+        raise ValueError(f"expected a whole number, found {as_written(value)}")
     return value
 
 
 def _numbers(count: int, what: str, number: Callable[[Any], float] = _number) -> BeforeValidator:
     def check(value: Any) -> list[float]:
         if not isinstance(value, list):
-            raise ValueError(f"expected {what}, found {value!r:.80}")
+            raise ValueError(f"expected {what}, found {as_written(value)}")
         if len(value) != count:
             raise ValueError(f"expected {what}, found {len(value)} values")
         return [number(entry) for entry in value]
@@ -112,13 +112,14 @@ def _rows(value: Any) -> list[list[float]]:
 
 def _pair(value: Any) -> list[str]:
     if not isinstance(value, list) or len(value) != 2:
-        raise ValueError(f"expected two names [A, B], found {value!r}")
+        raise ValueError(f"expected two names [A, B], found {as_written(value)}")
     return [_text(entry) for entry in value]
 
 
 def _text(value: Any, longest: int = LONGEST) -> str:
     if isinstance(value, bool) or not isinstance(value, (str, int)):
-        raise ValueError(f"expected a name, found {value!r}")
+        hint = "; yes, no, on and off are names in quotes" if isinstance(value, bool) else ""
+        raise ValueError(f"expected a name, found {as_written(value)}{hint}")
     if not str(value).strip():
         raise ValueError("expected a name, found none")
     if wrong := flaw(str(value), longest):
@@ -131,21 +132,33 @@ def _argument(value: Any) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if not isinstance(value, (str, int, float)):
-        raise ValueError(f"expected a text or a number, found {value!r:.80}")
+        raise ValueError(f"expected a text or a number, found {as_written(value)}")
     if value != "" and (wrong := flaw(str(value), _LONGEST_PATH)):
         raise ValueError(wrong)
     return str(value)
 
 
-def _off(value: Any) -> Any:
-    if value is False or (isinstance(value, str) and value.lower() in ("off", "false", "no")):
-        return "off"
-    raise ValueError(f"expected off, or keys of its own, found {value!r:.80}")
+def off_or(section: str) -> BeforeValidator:
+    """`off`, which YAML 1.1 reads as false; `section` is what may be written instead."""
+
+    def check(value: Any) -> Any:
+        if value is False or (isinstance(value, str) and value.lower() in ("off", "false", "no")):
+            return "off"
+        raise ValueError(f"expected off or {section}, found {as_written(value)}")
+
+    return BeforeValidator(check)
+
+
+def as_written(value: Any) -> str:
+    """A value as a file has it: true for what Python calls True, nothing for None."""
+    if isinstance(value, bool) or value is None:
+        return {True: "true", False: "false", None: "nothing"}[value]
+    return f"{value!r:.80}"
 
 
 def _flag(value: Any) -> bool:
     if not isinstance(value, bool):
-        raise ValueError(f"expected true or false without quotes, found {value!r}")
+        raise ValueError(f"expected true or false without quotes, found {as_written(value)}")
     return value
 
 
@@ -213,8 +226,6 @@ Either = Annotated[
 ]
 """A plain value or a section, told apart by form, so that errors speak of one of them only."""
 OneOrByName = Either[_T, dict[Name, _T]]
-OrOff = Either[Annotated[Literal["off"], BeforeValidator(_off)], _T]
-"""A section, or `off`, which YAML 1.1 reads as false."""
 ListOrByName = Either[list[_T], dict[Name, _T]]
 
 

@@ -152,6 +152,7 @@ def _unwatched(study: Study) -> tuple[Doubt, ...]:
 def _doubts(study: Study, reach: float) -> Iterator[Doubt]:
     """Numbers that look like another unit, and joints that are left aside."""
     yield from _tools(study, reach)
+    yield from _robot_below_floor(study)
     for pose in study.test_poses:
         if pose.cases is None:
             continue
@@ -178,6 +179,16 @@ def _doubts(study: Study, reach: float) -> Iterator[Doubt]:
         yield Doubt("no-task", idle)
     yield from left_rigid(study)
     yield from renamed(study)
+
+
+def _robot_below_floor(study: Study) -> Iterator[Doubt]:
+    """A floor above the links that the robot stands on."""
+    for constraint in study.constraints:
+        if isinstance(constraint, Clearance) and constraint.height is not None:
+            below = tuple(left.first for left in constraint.unwatched if left.why == "below-it")
+            if below:
+                height = {"height": constraint.height}
+                yield Doubt("robot-below-floor", below, numbers=height, unit="m")
 
 
 def _below_floor(study: Study, pose: TestPose | TestPath) -> Iterator[Doubt]:

@@ -11,6 +11,7 @@ from elastocal.wording.numbers import described, length, shown
 _NOT_WATCHED = {
     "ignored": "left out by the study",
     "stands-on-it": "the link stands on it",
+    "below-it": "the link is below it",
     "always-touch": "nearly always touch",
     "always-near": "nearly always nearer than the margin",
     "always-close": "never farther apart than twice the margin",
@@ -112,6 +113,11 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     "pose-below-floor": lambda doubt: (
         f"the tool at test pose {doubt.about[0]!r} is {_mm(doubt, 'by')} below the floor: is the "
         "floor elsewhere, as in constraints: {floor: {z_mm: -300}}?"
+    ),
+    "robot-below-floor": lambda doubt: (
+        f"{listed(doubt.about)}, on which the robot stands, is wholly below the floor, which is "
+        f"{_mm(doubt, 'height')} above the origin of the base: is it meant to be below, as in "
+        "constraints: {floor: {z_mm: -300}}?"
     ),
     "small-force": lambda doubt: (
         f"the calibration force is only {doubt.numbers['force']:g} N: were kilonewtons meant?"

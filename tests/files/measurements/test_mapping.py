@@ -223,7 +223,7 @@ BAD: dict[str, tuple[str, str, list[str]]] = {
     "constant that is no number": ('"Fx [N]": 0', '"Fx [N]": zero', ["line 20", "'zero'"]),
     "constant beyond all measure": (
         '"Fx [N]": 0', '"Fx [N]": 1.0e+12', ["line 20", "a number below 1e+09, found 1e+12"]),
-    "constant that is a flag": ('"Fx [N]": 0', '"Fx [N]": true', ["line 20", "number", "True"]),
+    "constant that is a flag": ('"Fx [N]": 0', '"Fx [N]": true', ["line 20", "number", "true"]),
     "one constant of several": (
         '"Fx [N]": 0', '"Fx [N]": [0, .inf]', ["line 20: constants.Fx [N], entry 2", "finite"]),
     "constants for no files": (

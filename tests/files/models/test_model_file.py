@@ -140,7 +140,7 @@ BAD = {
     "compliance:\n  A1:\n    value: 3.0e-7\n    unit: 1": "line 4: .*expected rad.*found 1",
     "compliance:\n  A1:\n    unit: rad/Nm\n    value: x": "line 4: .*expected a number, found 'x'",
     "compliance:\n  A1:\n    unit: rad/Nm\n    value: .nan": "line 4: .*a finite number, found nan",
-    "compliance:\n  A1:\n    unit: rad/Nm\n    value: true": "expected a number, found True",
+    "compliance:\n  A1:\n    unit: rad/Nm\n    value: true": "expected a number, found true",
     "compliance:\n  A1:\n    unit: rad/Nm\n    value: -1.0e-7": "line 4: .*not be negative",
     "compliance:\n  A1: {value: 1, unit: rad/Nm, standard_error: -1}": "must not be negative",
     "compliance:\n  A1: {value: 1, unit: rad/Nm, error: 1}": "line 2: unknown key 'error'",

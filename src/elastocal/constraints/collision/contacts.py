@@ -34,7 +34,8 @@ class Unwatched:
         first: Name of the one.
         second: Name of the other.
         why: "ignored" by the study, "neighbours", "always-touch", "always-near" (nearer than the
-            margin), "always-close" (never farther apart than twice the margin) or "stands-on-it".
+            margin), "always-close" (never farther apart than twice the margin), "stands-on-it" or
+            "below-it".
     """
 
     first: str
@@ -179,7 +180,8 @@ def obstacle_pairs(
             room = margin if floor else 0.0
             gap = nearest(Pairs((solid, thing), ((0, 1),)), posture, room).value
             if solid.body <= standing and (gap < room).all() and np.ptp(gap) < _STILL:
-                left[names] = "stands-on-it"
+                below = floor and _top(posture, solid) < thing.pose[2, 3]
+                left[names] = "below-it" if below else "stands-on-it"
             elif floor and (gap < room).all():
                 piece = _piece(robot, solid, margin)
                 if piece is None:
@@ -192,6 +194,13 @@ def obstacle_pairs(
     return Pairs(tuple(everything), tuple(index)), tuple(
         Unwatched(*p, why) for p, why in left.items()
     )
+
+
+def _top(posture: Posture, solid: Solid) -> float:
+    """Height in the base frame [m] that no point of a solid is above."""
+    frame = posture.bodies[solid.body]
+    ends = np.einsum("ijn,kj->kin", frame[:3].transpose(1, 0, 2), solid.segment) + frame[3]
+    return float(ends[:, 2].max()) + solid.radius
 
 
 def ignored(a: Solid, b: Solid, ignore: Sequence[tuple[str, str]]) -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Annotated, Literal
+
 import numpy as np
 
 from elastocal.arrays import Array
@@ -12,16 +14,17 @@ from elastocal.files.values import (
     Axis,
     DegreeRange,
     Degrees,
+    Either,
     MillimetreRange,
     Millimetres,
     MillimetreVector,
     Name,
-    OrOff,
     PositiveDegrees,
     PositiveMillimetres,
     Section,
     deg,
     mm,
+    off_or,
 )
 from elastocal.files.yaml_lines import LocatedError
 from elastocal.robot.chain import Robot, Tool
@@ -68,6 +71,10 @@ class TiltFile(Section):
     max_deg: PositiveDegrees
 
 
+_NoCollision = Annotated[Literal["off"], off_or("{}, which may have keys such as margin_mm: 20")]
+_NoFloor = Annotated[Literal["off"], off_or("{z_mm: …}, its height in the base frame")]
+
+
 class ConstraintsFile(Section):
     """Where the robot may go."""
 
@@ -79,8 +86,8 @@ class ConstraintsFile(Section):
     elevation: ElevationFile | None = None
     tilt: TiltFile | None = None
     obstacles: list[ObstacleFile] | None = None
-    collision: OrOff[CollisionFile] | None = None
-    floor: OrOff[FloorFile] | None = None
+    collision: Either[_NoCollision, CollisionFile] | None = None
+    floor: Either[_NoFloor, FloorFile] | None = None
 
 
 def limits_of(robot: Robot, entry: ConstraintsFile) -> Array:
