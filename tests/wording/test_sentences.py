@@ -138,13 +138,18 @@ def test_every_code_has_its_sentence() -> None:
             "passes wall with ball at 5 mm at 25 %, where 10 mm must be kept",
         ),
         (
-            Doubt("home-blocked", (), ("wall", "ball"), MOTION | {"distance": 0.005}),
+            Doubt(
+                "home-blocked",
+                ("home_deg", "home_mm"),
+                ("wall", "ball"),
+                MOTION | {"distance": 0.005},
+            ),
             "home is no place to start from: the robot passes wall with ball at 5 mm; give "
-            "another one in motion: home_deg, or do not watch the two: constraints: "
+            "another one in motion: home_deg and home_mm, or do not watch the two: constraints: "
             "{collision: {ignore: [[ball, wall]]}}",
         ),
         (
-            Doubt("home-blocked", (), ("floor", "A3"), MOTION | {"distance": -0.005}),
+            Doubt("home-blocked", ("home_deg",), ("floor", "A3"), MOTION | {"distance": -0.005}),
             "home is no place to start from: the robot hits floor with A3 by 5 mm; give another "
             "one in motion: home_deg, or do not watch the two: constraints: {floor: off}",
         ),

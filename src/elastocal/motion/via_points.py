@@ -6,6 +6,8 @@ random free configuration, the shortest way first; then two trees grow towards e
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from elastocal.arrays import Array, BoolArray
@@ -19,6 +21,7 @@ from elastocal.motion.margins import (
     motions_free,
 )
 from elastocal.motion.space import MotionSpace
+from elastocal.robot.joint_kinds import KINDS
 from elastocal.robot.posture import Posture
 from elastocal.wording import worded
 
@@ -101,7 +104,9 @@ def refuse_home(space: MotionSpace) -> None:
         return
     margins = motion_margins(space, home, home)
     if not margins.free[0]:
-        doubt = blocked(margins, 0, "home-blocked")
+        kinds = {joint.kind for joint in space.robot.joints}
+        keys = tuple(f"home_{kind.key}" for kind in KINDS if kind in kinds)
+        doubt = replace(blocked(margins, 0, "home-blocked"), about=keys)
         raise InfeasibleError(worded(doubt)).with_doubts(doubt)
 
 

@@ -19,6 +19,7 @@ from elastocal.study.test_path import TestPath
 from elastocal.terminal.console import numbers, out
 from elastocal.wording import ended, worded
 from elastocal.wording.lists import counted
+from elastocal.wording.numbers import short
 from elastocal.wording.plans import told
 from elastocal.wording.watch import watch
 
@@ -74,7 +75,7 @@ def show_check(study: Study, found: Checkup) -> None:
         f"{100 * found.feasible_share:.3g} % of random configurations are feasible"
         + (f", most are refused by: {escape(found.bottleneck)}" if found.bottleneck else "")
         + (
-            f", {100 * found.within_share:.2g} % of these by: {escape(found.within)}"
+            f", {short(100 * found.within_share)} % of these by: {escape(found.within)}"
             if found.within
             else ""
         )

@@ -59,6 +59,7 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     ),
     "home-blocked": lambda doubt: (
         f"home is no place to start from: the robot {_near(doubt)}; give another one in motion: "
-        f"home_deg, or do not watch the two: constraints: {{{_left_out(*doubt.because)}}}"
+        f"{' and '.join(doubt.about)}, or do not watch the two: constraints: "
+        f"{{{_left_out(*doubt.because)}}}"
     ),
 }
