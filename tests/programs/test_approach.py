@@ -8,9 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from elastocal.constraints import Distinct, HalfSpace
+from elastocal.constraints.cell import CollisionRules, clearances
 from elastocal.errors import InputError
 from elastocal.programs.approach import approaches
+from elastocal.robot.chain import Tool, transform
 from elastocal.robot.posture import forward_kinematics
+from elastocal.robot.shapes import Shape
 from tests.programs.writers.campaigns import arm
 
 
@@ -76,8 +79,19 @@ def test_constraints_hold_at_the_approach_point() -> None:
 
 def test_a_constraint_in_the_way_is_named() -> None:
     robot, q = arm("R"), np.array([[0.0]])
-    with pytest.raises(InputError, match="within height of the flange"):
+    with pytest.raises(InputError, match=r"within height of the flange; .* 0 for none$"):
         approaches(robot, q, np.array([0.01]), limits_of(1), [lowest(10.0)])
+
+
+def test_two_parts_in_the_way_are_named() -> None:
+    """The flange in a ball: a joint margin would not help, so it is not advised."""
+    robot, q = arm("RR"), np.array([[0.0, 0.0]])
+    at = forward_kinematics(robot, q)[0, :3, 3]
+    ball = Shape("sphere", [0.5], transform(None, at), 0, "ball")
+    tool = Tool("rod", np.array([0.0, 0.0, 0.1]), np.array([[0.0, 0.0, 0.1]]), ("M",))
+    (cell,) = clearances(robot, tool, limits_of(2), [ball], CollisionRules(itself=False))
+    with pytest.raises(InputError, match=r"within clearance of \w+ from ball .* 0 for none$"):
+        approaches(robot, q, np.full(2, 0.01), limits_of(2), [cell])
 
 
 def test_each_pose_has_a_side_that_its_own_constraints_allow() -> None:

@@ -124,7 +124,7 @@ def _obstacle(
     constraints: Sequence[Constraint],
 ) -> str:
     """Why a configuration cannot be approached."""
-    way_out = "use a smaller approach distance, 0 for none, or plan with a joint margin"
+    way_out = "use a smaller approach distance, 0 for none"
     for j, joint in enumerate(robot.joints):
         below, above = q[j] - limits[0, j], limits[1, j] - q[j]
         if max(below, above) < amount[j] - _ROUNDING:
@@ -132,8 +132,10 @@ def _obstacle(
             return (
                 f"configuration {i + 1} cannot be approached: joint {joint.name!r} has only "
                 f"{scale * max(below, above):.4g}{unit} of room for an approach of "
-                f"{scale * amount[j]:.4g}{unit}; {way_out}"
+                f"{scale * amount[j]:.4g}{unit}; {way_out}, or plan with a joint margin"
             )
-    room = margins_at(constraints, Posture(robot, (q - amount)[None]))[:, 0]
-    worst = constraints[int(np.argmin(room))].name if constraints else "a joint limit"
+    worst, posture = "a joint limit", Posture(robot, (q - amount)[None])
+    if constraints:
+        room = margins_at(constraints, posture)[:, 0]
+        worst = constraints[int(np.argmin(room))].names_at(posture)[0]
     return f"configuration {i + 1} cannot be approached within {worst}; {way_out}"
