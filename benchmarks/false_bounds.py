@@ -23,8 +23,9 @@ from kr270 import RESULTS, machine, one_thread
 
 from elastocal.arrays import Array
 from elastocal.design.dual_bound import dual_bound
-from elastocal.design.oracle import sensitivity, square_root
+from elastocal.design.oracle import sensitivity
 from elastocal.files.study.study_file import read_study
+from elastocal.matrices import square_root
 from elastocal.planning.certificate import lower_bound
 
 CELLS = Path(__file__).parent / "cells"

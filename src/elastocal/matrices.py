@@ -70,6 +70,13 @@ def scaled_inverse(information: Array) -> Array:
     return np.linalg.inv(information * outer + _RIDGE * np.eye(p)) * outer
 
 
+def square_root(matrix: Array) -> Array:
+    """V with V Vᵀ = G, (p, rank), of a non-negative definite G."""
+    values, vectors = np.linalg.eigh((matrix + matrix.T) / 2.0)
+    keep = values > 1e-14 * max(values[-1], 0.0)
+    return vectors[:, keep] * np.sqrt(values[keep])
+
+
 def rank_of(
     information: Array, *, scale: Array | None = None, tolerance: float = SINGULAR
 ) -> IntArray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -63,6 +64,31 @@ def test_gradient_against_central_differences(name: str) -> None:
         assert np.allclose(found, found.T, rtol=1e-9, atol=0.0)
         size = np.abs(found * along).sum()  # what could cancel in the scalar product
         assert np.sum(found * along) == pytest.approx(expected, abs=1e-6 * size)
+
+
+@pytest.mark.parametrize("name", INFORMATION_FUNCTIONS)
+def test_second_derivatives_against_differences(name: str) -> None:
+    """In closed form, of the smooth stand-in; and the general ones, by differences."""
+    smooth = INFORMATION_FUNCTIONS[name].smooth
+    rng = np.random.default_rng(1)
+    for _ in range(5):
+        matrix = information_matrix(rng)
+        size = np.linalg.eigvalsh(matrix)[0]
+        rows = rng.normal(size=(4, 2, 3))
+        directions = size * rows.transpose(0, 2, 1) @ rows
+
+        def slopes(at: np.ndarray, along: np.ndarray = directions) -> np.ndarray:
+            return -np.sum(gradient(smooth, at) * along, axis=(1, 2)) / value(smooth, at)
+
+        step = 1e-4 * directions
+        near = np.array([slopes(matrix + d) - slopes(matrix - d) for d in step])
+        far = np.array([slopes(matrix + 2 * d) - slopes(matrix - 2 * d) for d in step])
+        expected = (8.0 * near - far) / 12e-4
+        for bends in (smooth.bends, partial(InformationFunction.bends, smooth)):
+            found = bends(matrix, directions)
+            np.testing.assert_allclose(found.slope, slopes(matrix), rtol=1e-9)
+            np.testing.assert_allclose(found.hessian, expected, atol=1e-5 * np.abs(expected).max())
+            assert np.linalg.eigvalsh(found.hessian)[0] > -1e-6 * np.abs(expected).max()  # convex
 
 
 @pytest.mark.parametrize("name", INFORMATION_FUNCTIONS)

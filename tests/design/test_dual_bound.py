@@ -7,7 +7,8 @@ import pytest
 
 from elastocal.design.dual_bound import DualBound, dual_bound
 from elastocal.design.matrix_means import MatrixMean
-from elastocal.design.oracle import climb, restore, sensitivity, square_root
+from elastocal.design.oracle import climb, restore, sensitivity
+from elastocal.matrices import square_root
 from tests.design.polynomial import polynomial
 from tests.design.test_textbook import SMOOTH, TEXTBOOK, Textbook
 

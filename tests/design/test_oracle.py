@@ -11,7 +11,8 @@ from elastocal.arrays import Array, BoolArray
 from elastocal.design import dual_bound as bound_file
 from elastocal.design.dual_bound import dual_bound
 from elastocal.design.matrix_means import MatrixMean
-from elastocal.design.oracle import climb, restore, sensitivity, square_root
+from elastocal.design.oracle import climb, restore, sensitivity
+from elastocal.matrices import square_root
 from tests.design.polynomial import polynomial
 
 MM = 1e-3

@@ -9,17 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from elastocal.arrays import Array, IntArray
-from elastocal.design.approximate import Weights, optimal_weights
+from elastocal.design.approximate import Weights, few_points, optimal_weights
 from elastocal.design.criterion import InformationFunction
 from elastocal.design.dual_bound import DualBound, dual_bound
 from elastocal.design.narrow_parts import narrow_parts
-from elastocal.design.oracle import climb, square_root
+from elastocal.design.oracle import climb
 from elastocal.design.space import DesignSpace, information
-from elastocal.matrices import NEARLY_SINGULAR, rank_of
+from elastocal.matrices import NEARLY_SINGULAR, rank_of, square_root
 
 Progress = Callable[[str, float], None]
 """(what is going on, current value) -> None."""
@@ -37,6 +38,8 @@ class ContinuousDesign:
         certificate: What it proves for every other design.
         gap: Bound over value, less 1. Large where the optimum is singular, so that the search
             gives up: use `power_mean.floored` then.
+        singular: Whether it sees some combination of unknowns next to not at all, compared with
+            random experiments.
     """
 
     x: Array
@@ -45,10 +48,9 @@ class ContinuousDesign:
     total: Array
     certificate: DualBound
     gap: float
+    singular: bool = False
 
 
-TOLERANCE = 5e-6
-"""Relative gap between value and bound at which the search stops."""
 _SPREAD = 20  # random points that make a design, to see which members of a criterion decide there
 _ALIKE = 0.03  # relative distance of information matrices that are taken for one
 _WEIGHTY = 0.01  # weight from which on a point counts in what the starts of a bound should find
@@ -58,6 +60,15 @@ _ROUNDS = 60  # most rounds; the gap is what it is after that
 _ITERATIONS = (30, 50, 80, 150)  # of the ascents, round by round
 _HOPELESS = 1e3  # gap beyond which the optimum is singular
 _PATIENCE = 15  # rounds without a smaller gap after which to give up
+_CLOSED = 5e-6  # relative gap between value and bound at which the search stops, ...
+_CLOSED_MANY = 1e-4  # ... with many unknowns: half of it in ρ0, and a tenth of the time
+_MANY = 8  # unknowns
+_WEIGHED = 5e-7  # tolerance of the weights: a looser one would hide that an optimum is singular
+
+
+def tolerance_of(parameters: int) -> float:
+    """Relative gap between value and bound at which a search for that many unknowns stops."""
+    return _CLOSED if parameters <= _MANY else _CLOSED_MANY
 
 
 def continuous_design(
@@ -82,6 +93,7 @@ def continuous_design(
         progress: Told the gap as it closes.
     """
     base = np.zeros((space.parameters,) * 2) if base is None else base
+    tolerance = tolerance_of(space.parameters)
     tell = progress or (lambda what, gap: None)
     tell("feasible load cases", np.inf)
     pool = space.sample(_CANDIDATES, rng)
@@ -94,29 +106,31 @@ def continuous_design(
     spread = base + pool_informations[: len(pool) // size * size].reshape(
         -1, size, *base.shape
     ).mean(axis=1)
-    seen = [spread]
+    seen, usual = [spread], spread.mean(axis=0)
     criterion, chosen = _weighed(
         criterion.near(spread), pool_informations, base, seen, tolerance=1e-2
     )
-    x, weights = pool[chosen.support], chosen.weights
-    informations = pool_informations[chosen.support]
+    here = _Measure(pool[chosen.support], chosen.weights, pool_informations[chosen.support])
+    best = closest = here  # by value, by gap: neither need be the last
+    highest = least = None
     smooth = criterion.smooth
     narrow = narrow_parts(space, rng.spawn(1)[0])
     bound: DualBound | None = None
     gaps: list[float] = []
     for count in range(_ROUNDS):
-        total = base + np.einsum("i,ijk->jk", weights, informations)
-        if rank_of(total, tolerance=NEARLY_SINGULAR) < space.parameters:
+        total = here.total(base)
+        if _is_singular(total, usual):
+            best = here
             break
         gradient = smooth.gradient(total[None])[0]
-        level = float(np.einsum("i,ijk,jk->", weights, informations, gradient))
+        level = float(np.sum((total - base) * gradient))
         order = np.argsort(-(flat_pool @ gradient.ravel()))
-        begin = np.concatenate([x, pool[order[:_STARTS]]])
+        begin = np.concatenate([here.x, pool[order[:_STARTS]]])
         stages = ((_ITERATIONS[min(count, 3)], len(begin)),)
         found, s, _ = climb(space, begin, gradient, stages)
-        if s.max() <= level * (1.0 + TOLERANCE):
+        if s.max() <= level * (1.0 + tolerance):
             tell("trying the bound", gaps[-1] if gaps else np.inf)
-            points, sums = taken_together(informations, weights)
+            points, sums = taken_together(here.informations, here.weights)
             bound = dual_bound(
                 space,
                 smooth,
@@ -124,38 +138,72 @@ def continuous_design(
                 base,
                 found,
                 rng,
-                support=x[points[sums > _WEIGHTY]],
+                support=here.x[points[sums > _WEIGHTY]],
                 narrow=narrow,
-                level=level * (1.0 + TOLERANCE),
+                level=level * (1.0 + tolerance),
             )
-            if bound.largest <= level * (1.0 + TOLERANCE):
+            if bound.largest <= level * (1.0 + tolerance):
+                best = here
                 break
             found = np.concatenate([found, bound.x_found])
             s = np.concatenate([s, bound.s_found])
         gap = float(s.max()) / level - 1.0
         gaps.append(gap)
         bound = None
+        value = float(smooth.value(total[None])[0])
+        if highest is None or value > highest:
+            best, highest = here, value
+        if least is None or gap < least:
+            closest, least = here, gap
         if gap > _HOPELESS or min(gaps[:-_PATIENCE], default=np.inf) <= min(gaps[-_PATIENCE:]):
             break
-        new = _distinct(space, found, s, level * (1.0 + 0.2 * TOLERANCE), 2 * _STARTS, gradient)
-        x = np.concatenate([x, new])
+        new = _distinct(space, found, s, level * (1.0 + 0.2 * tolerance), 2 * _STARTS, gradient)
+        x = np.concatenate([here.x, new])
         informations = information(space.evaluate(x).blocks)
-        every = np.arange(len(x))
         wider, chosen = _weighed(
-            criterion, informations, base, seen, start=every, tolerance=0.1 * TOLERANCE
+            criterion,
+            informations,
+            base,
+            seen,
+            start=np.arange(len(x)),
+            tolerance=_WEIGHED,
         )
         if wider is not criterion:
             criterion, smooth = wider, wider.smooth
-        x, weights = x[chosen.support], chosen.weights
-        informations = informations[chosen.support]
+            highest = least = None
+        here = _Measure(x[chosen.support], chosen.weights, informations[chosen.support]).thinned()
         tell("continuous design", gap)
     target = criterion if certified is None else certified.near(np.concatenate(seen))
-    total = base + np.einsum("i,ijk->jk", weights, informations)
     if bound is None or target is not smooth:
-        bound = dual_bound(space, target, total, base, x, rng, narrow=narrow)
+        if highest is None:
+            best = closest = here
+        bound = dual_bound(space, target, closest.total(base), base, closest.x, rng, narrow=narrow)
+    total = best.total(base)
     value = float(target.value(total[None])[0])
     gap = bound.upper / value - 1.0 if value > 0.0 else np.inf
-    return ContinuousDesign(x, weights, informations, total, bound, gap)
+    return ContinuousDesign(*best, total, bound, gap, _is_singular(total, usual))
+
+
+def _is_singular(total: Array, usual: Array) -> bool:
+    """Whether information sees less than there are unknowns, on the scale of usual information."""
+    return bool(rank_of(total, scale=usual, tolerance=NEARLY_SINGULAR) < len(total))
+
+
+class _Measure(NamedTuple):
+    """Points with weights, on the way."""
+
+    x: Array  # (S, d)
+    weights: Array  # (S,) sum 1
+    informations: Array  # (S, p, p)
+
+    def total(self, base: Array) -> Array:
+        """(p, p) information per unit of weight."""
+        return base + np.einsum("i,ijk->jk", self.weights, self.informations)
+
+    def thinned(self) -> _Measure:
+        """The same information from no more points than it takes."""
+        few = few_points(self.informations, self.weights)
+        return _Measure(self.x[few.support], few.weights, self.informations[few.support])
 
 
 def taken_together(informations: Array, weights: Array) -> tuple[IntArray, Array]:

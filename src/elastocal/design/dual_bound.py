@@ -109,7 +109,7 @@ def dual_bound(
         drawn = summits.climb_afresh(batch, rng, known)
         known = known[:0]
         # A summit that few starts reach may not be the highest: look on.
-        enough = np.sum(summits.at_top & summits.fresh) >= _ENOUGH
+        enough = np.sum(summits.at_top & summits.fresh) >= _ENOUGH or summits.s.max() > level
         if enough or summits.starts >= _MOST * fresh or drawn < batch:
             break
         batch = summits.starts

@@ -15,7 +15,7 @@ from functools import reduce
 import numpy as np
 
 from elastocal.arrays import Array, IntArray
-from elastocal.design.approximate import interior_point
+from elastocal.design.approximate import nearly_best
 from elastocal.design.continuous import ContinuousDesign
 from elastocal.design.criterion import InformationFunction
 from elastocal.design.refinement import TINY, Goal, Plans, refine
@@ -249,12 +249,14 @@ class _Breeder:
         size = min(self.distinct, len(design.x))
         chance = design.weights + 1e-9
         chance /= chance.sum()
-        for b in range(batch):
-            part = self.rng.choice(len(design.x), size, replace=False, p=chance)
-            weights = interior_point(
-                self.goal.criterion, design.informations[part], self.goal.base / self.count, 1e-3
-            )
-            counts[b, :size] = apportion(weights, self.count)
+        parts = np.array(
+            [self.rng.choice(len(design.x), size, replace=False, p=chance) for _ in range(batch)]
+        )
+        weights = nearly_best(
+            self.goal.criterion, design.informations, parts, self.goal.base / self.count
+        )
+        for b, part in enumerate(parts):
+            counts[b, :size] = apportion(weights[b], self.count)
             x[b] = design.x[part[np.arange(self.distinct) % size]]
         return Plans(x, counts)
 

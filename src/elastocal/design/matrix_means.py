@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.design.criterion import InformationFunction
+from elastocal.design.criterion import Bends, InformationFunction
 
 
 class MatrixMean(InformationFunction):
@@ -42,6 +42,28 @@ class MatrixMean(InformationFunction):
             mean = self._mean(values)[:, None]
             powers = (values / mean) ** (self.order - 1.0) / values.shape[1]
         return value, (vectors * powers[:, None, :]) @ vectors.transpose(0, 2, 1)
+
+    def bends(self, total: Array, directions: Array) -> Bends:
+        if self.order == -np.inf:
+            return self.smooth.bends(total, directions)
+        values, vectors = np.linalg.eigh(total)
+        count, p = len(directions), len(values)
+        if not values[0] > 1e-15 * values[-1]:
+            return Bends(np.full(count, np.nan), np.full((count, count), np.nan))
+        seen = vectors.T @ directions @ vectors
+        # −log φ = −log(tr M^q)/q, relative to the mean; divided differences of λ^(q−1).
+        ratios = values / self._mean(values[None])[0]
+        slopes = ratios ** (self.order - 1.0)
+        apart = ratios[:, None] - ratios
+        close = np.abs(apart) < 1e-6 * ratios
+        middle = (0.5 * (ratios[:, None] + ratios)) ** (self.order - 2.0) * (self.order - 1.0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            divided = np.where(close, middle, (slopes[:, None] - slopes) / apart)
+        mean = values[0] / ratios[0]
+        slope = -np.einsum("nii,i->n", seen, slopes) / (p * mean)
+        flat = seen.reshape(count, -1)
+        hessian = -(flat * divided.ravel()) @ flat.T / (p * mean**2)
+        return Bends(slope, hessian + self.order * np.outer(slope, slope))
 
     @property
     def smooth(self) -> InformationFunction:

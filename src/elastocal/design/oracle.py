@@ -12,6 +12,7 @@ import numpy as np
 from elastocal.arrays import Array, IntArray
 from elastocal.design.lockstep import Stages, Trial, minimise
 from elastocal.design.space import DesignEvaluation, DesignSpace
+from elastocal.matrices import square_root
 
 
 def climb(
@@ -69,13 +70,6 @@ def sensitivity(space: DesignSpace, x: Array, root: Array) -> Array:
     value = ((evaluation.blocks @ root) ** 2).sum(axis=(1, 2))
     feasible = (evaluation.margins >= -1e-8).all(axis=1)
     return np.where(feasible, value, -1.0)
-
-
-def square_root(gradient: Array) -> Array:
-    """V with V Vᵀ = G, (p, rank)."""
-    values, vectors = np.linalg.eigh((gradient + gradient.T) / 2.0)
-    keep = values > 1e-14 * max(values[-1], 0.0)
-    return vectors[:, keep] * np.sqrt(values[keep])
 
 
 def restore(space: DesignSpace, x: Array, *, iterations: int = 30) -> Array:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.design.criterion import InformationFunction
+from elastocal.design.criterion import Bends, InformationFunction
 from elastocal.design.test_pose import TestPosePrecision
 
 
@@ -39,6 +39,18 @@ class PowerMean(InformationFunction):
         total = (powers ** (self.sharpness / (self.sharpness + 1.0))).sum(axis=0)
         return gradient * (total ** (-1.0 / self.sharpness - 1.0))[:, None, None]
 
+    def bends(self, total: Array, directions: Array) -> Bends:
+        values = np.array([member.value(total[None])[0] for member in self.members])
+        least = np.maximum(values.min(), np.finfo(float).tiny)
+        shares = (np.maximum(values, least) / least) ** -self.sharpness
+        each = [member.bends(total, directions) for member in self.members]
+        return mean_of_bends(
+            shares / shares.sum(),
+            np.array([bends.slope for bends in each]),
+            sum(s * bends.hessian for s, bends in zip(shares / shares.sum(), each, strict=True)),
+            self.sharpness,
+        )
+
     def _mixture(self, information: Array) -> tuple[Array, Array]:
         """Gradients of the members with weights (K, B) that fall off as a power of φ_k, summed."""
         values = np.array([member.value(information) for member in self.members])
@@ -46,6 +58,22 @@ class PowerMean(InformationFunction):
         powers = (np.maximum(values, least) / least) ** (-self.sharpness - 1.0)
         gradients = np.array([member.gradient(information) for member in self.members])
         return np.einsum("kb,kbij->bij", powers, gradients), powers
+
+
+def mean_of_bends(shares: Array, slopes: Array, hessian: Array, sharpness: float) -> Bends:
+    """The `Bends` of a power mean from those of its members: log of a sum of exponentials.
+
+    Args:
+        shares: (K,) φ_k^−s over their sum.
+        slopes: (K, n) of the members.
+        hessian: (n, n) mean of the Hessians of the members, by those shares.
+        sharpness: s.
+
+    Source: ours.
+    """
+    slope = shares @ slopes
+    spread = (slopes.T * shares) @ slopes - np.outer(slope, slope)
+    return Bends(slope, hessian + sharpness * spread)
 
 
 def floored(criterion: InformationFunction, scale: Array, share: float) -> InformationFunction:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from elastocal.arrays import Array, frozen
-from elastocal.design.criterion import InformationFunction
-from elastocal.matrices import scaled_inverse
+from elastocal.design.criterion import Bends, InformationFunction
+from elastocal.matrices import scaled_inverse, square_root
 
 
 class TestPosePrecision(InformationFunction):
@@ -38,3 +38,21 @@ class TestPosePrecision(InformationFunction):
         loss = np.einsum("bij,ij->b", inverse, self.weight)
         with np.errstate(divide="ignore"):
             return 1.0 / loss, pulled / loss[:, None, None] ** 2
+
+    def bends(self, total: Array, directions: Array) -> Bends:
+        inverse = scaled_inverse(total[None])[0]
+        loss = float(np.sum(inverse * self.weight))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            slope = -np.einsum("nij,ij->n", directions, inverse @ self.weight @ inverse) / loss
+            hessian = bent_losses(inverse, self.weight, directions) / loss
+        return Bends(slope, hessian - np.outer(slope, slope))
+
+
+def bent_losses(inverse: Array, weight: Array, directions: Array) -> Array:
+    """(n, n) second derivatives of tr(L M⁻¹) in n directions: tr(L M⁻¹ M_i M⁻¹ M_j M⁻¹), twice.
+
+    Source: ours. With L = C Cᵀ and Y_i = Cᵀ M⁻¹ M_i these are tr(Y_i M⁻¹ Y_jᵀ).
+    """
+    images = square_root(weight).T @ inverse @ directions
+    count = len(directions)
+    return np.asarray(2.0 * (images @ inverse).reshape(count, -1) @ images.reshape(count, -1).T)

@@ -13,7 +13,9 @@ from typing import Self
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
-from elastocal.design.criterion import InformationFunction
+from elastocal.design.criterion import Bends, InformationFunction
+from elastocal.design.power_mean import mean_of_bends
+from elastocal.design.test_pose import bent_losses
 from elastocal.matrices import scaled_inverse
 
 _FEW = 12  # poses that are all kept
@@ -86,12 +88,15 @@ class _Poses(InformationFunction):
         """(B, p, p) gradients of the φ_k with weights share^(s + 1), summed."""
         safe = np.where(largest > 0.0, largest, np.finfo(float).tiny ** 0.5)
         weights = shares ** (self.sharpness - 1.0) / safe**2  # gradients are over loss squared
-        p = inverse.shape[-1]
-        sums = np.zeros((len(inverse), p, p))
-        halves = np.where(self._upper[0] == self._upper[1], 1.0, 0.5)
-        sums[:, *self._upper] = (weights.T @ self._some) * halves
-        sums[:, self._upper[1], self._upper[0]] = sums[:, *self._upper]
-        return np.asarray(inverse @ sums @ inverse)
+        return np.asarray(inverse @ self._summed(weights.T) @ inverse)
+
+    def _summed(self, weights: Array) -> Array:
+        """(B, p, p) sums of the L_k, with weights (B, K)."""
+        row, column = self._upper
+        sums = np.zeros((len(weights), row[-1] + 1, row[-1] + 1))
+        sums[:, row, column] = (weights @ self._some) * np.where(row == column, 1.0, 0.5)
+        sums[:, column, row] = sums[:, row, column]
+        return sums
 
 
 class WorstPose(_Poses):
@@ -134,6 +139,19 @@ class SoftWorstPose(_Poses):
         return self._mean(largest, shares), slope * (total ** (-1.0 / self.sharpness - 1.0))[
             :, None, None
         ]
+
+    def bends(self, total: Array, directions: Array) -> Bends:
+        inverse = scaled_inverse(total[None])
+        largest, shares = self._shares(inverse)
+        losses = largest[0] * shares[:, 0]
+        weights = shares[:, 0] ** self.sharpness
+        weights /= weights.sum()
+        with np.errstate(divide="ignore", invalid="ignore"):
+            slopes = -self._some @ self._flat(inverse @ directions @ inverse).T / losses[:, None]
+            mixed = self._summed((weights / losses)[None])[0]
+            hessian = bent_losses(inverse[0], mixed, directions)
+        hessian -= (slopes.T * weights) @ slopes
+        return mean_of_bends(weights, slopes, hessian, self.sharpness)
 
     def _mean(self, largest: Array, shares: Array) -> Array:
         mean = (shares**self.sharpness).sum(axis=0) ** (-1.0 / self.sharpness)

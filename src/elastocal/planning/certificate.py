@@ -12,19 +12,19 @@ import numpy as np
 
 from elastocal.arrays import Array, frozen
 from elastocal.design.continuous import (
-    TOLERANCE,
     ContinuousDesign,
     continuous_design,
     taken_together,
+    tolerance_of,
 )
 from elastocal.design.criterion import Criterion, InformationFunction
 from elastocal.design.dual_bound import ROUNDING
-from elastocal.design.oracle import climb, sensitivity, square_root
+from elastocal.design.oracle import climb, sensitivity
 from elastocal.design.power_mean import floored
 from elastocal.design.space import information
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import Doubt
-from elastocal.matrices import NEARLY_SINGULAR, confounded, rank_of
+from elastocal.matrices import confounded, square_root
 from elastocal.planning.assessment import Assessment
 from elastocal.planning.plain_values import simplify
 from elastocal.study.criteria import CRITERIA, RHO0, criterion_of
@@ -158,8 +158,7 @@ def lower_bound(
             progress(shown, 0.4 * float(np.clip(closed, 0.0, 1.0)))
 
     design = continuous_design(space, criterion, rng, base=base, known=known, progress=tell)
-    rank = rank_of(design.total, tolerance=NEARLY_SINGULAR)
-    if design.gap < _OPEN and rank == space.parameters:
+    if design.gap < _OPEN and not design.singular:
         return Bound(criterion, criterion, design)
     blocks = information(space.evaluate(space.sample(500, rng)).blocks)
     target = floored(criterion, base + blocks.mean(axis=0), _FLOOR)
@@ -185,7 +184,7 @@ def confirmed(
     found, s, _ = climb(study.space, x, dual.gradient, ((150, len(x)),))
     found = np.concatenate([found, x])
     s = np.append(s, sensitivity(study.space, x, square_root(dual.gradient)))
-    if s.max() > dual.largest * (1.0 + TOLERANCE) and attempts:
+    if s.max() > dual.largest * (1.0 + tolerance_of(study.space.parameters)) and attempts:
         bound = lower_bound(study, rng, known=found[s > 0.0])
         return confirmed(study, bound, x, rng, attempts=attempts - 1)
     if s.max() <= dual.largest * (1.0 + ROUNDING):

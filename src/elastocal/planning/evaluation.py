@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
-from elastocal.design.continuous import TOLERANCE
+from elastocal.design.continuous import tolerance_of
 from elastocal.design.twins import twins
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import Code, Doubt
@@ -198,7 +198,8 @@ def _false_bounds(
     m = study.experiments.count
     reached = float(bound.criterion.value(bound.design.total[None])[0])
     least = max(float(1.0 / np.sqrt(m * reached)), proof.lower_bound)
-    if proof.position_bound is not None and promised > least * (1.0 + TOLERANCE):
+    beyond = least * (1.0 + tolerance_of(len(study.fitted)))
+    if proof.position_bound is not None and promised > beyond:
         yield _claim("claims-bound", promised, proof.position_bound)
     most = min(float(bound.criterion.value(worth.information[None])[0]) / (m * reached), 1.0)
     if efficiency > max(most, proof.efficiency) * (1.0 + 2.0 * _AGREE):
