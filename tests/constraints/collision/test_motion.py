@@ -318,6 +318,7 @@ def test_a_home_in_collision_is_refused() -> None:
         refuse_home(study.motion_space)
     (doubt,) = error.value.doubts
     assert (doubt.code, doubt.because) == ("home-blocked", ("pile", "ball"))
+    assert doubt.about == ("home_mm",)
     assert doubt.numbers["distance"] == pytest.approx(-0.25)
     refuse_home(slider([]).motion_space)
 
