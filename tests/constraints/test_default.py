@@ -353,6 +353,15 @@ def test_shapes_in_millimetres_are_said_and_refused_where_asked_for(
         clearances(robot, TOOL, np.array([robot.lower, robot.upper]), (), CollisionRules())
 
 
+def test_a_turntable_may_have_a_shape() -> None:
+    """Its flange stays where it is: that is no reach to compare a shape with."""
+    table = Robot("table", (Joint("C", transform(None, (0, 0, 0.5)), Z, False, -3.0, 3.0),))
+    assert reach_of(table) == pytest.approx(0.0)
+    plate = Shape("cylinder", np.array([1.5, 0.1]), transform(None, (0, 0, 0.1)), 1, "plate")
+    found = default_clearances(replace(table, collisions=(plate,)), TOOL)
+    assert not any(d.code == "odd-size" for d in watch_of(found).doubts)
+
+
 def test_a_wide_floor_and_a_long_rail_may_belong_to_a_base() -> None:
     shapes = (
         Shape("box", np.array([100.0, 100.0, 0.01]), transform(None, (0, 0, -2.0)), 0, "hall"),

@@ -126,12 +126,11 @@ def _not_read(data: Measurements, robot: Robot, kind: Quantity) -> Doubt | None:
     """Deflections that no gauge has read: nothing under load, or one value for all loads."""
     if kind.unit == "rad" and robot.prismatic.all():
         return None  # nothing turns there
-    case = data.case[kind.readings]
-    cases, deflection = data.cases, data.deflection[kind.readings]
-    loaded = cases.wrench[case].any(axis=1)
+    loaded = kind.readings & data.cases.wrench[data.case].any(axis=1)
+    cases, case, deflection = data.cases, data.case[loaded], data.deflection[loaded]
     zero = np.asarray((np.abs(deflection) < _NOTHING).all(axis=1))
-    if _most(zero[loaded]):
-        counts = {"zero": int(zero[loaded].sum()), "readings": int(loaded.sum())}
+    if _most(zero):
+        counts = {"zero": int(zero.sum()), "readings": len(zero)}
         return Doubt("impossible-zeros", numbers=counts, unit=kind.unit)
     distinct = len(np.unique(np.hstack([cases.q, cases.wrench])[case], axis=0))
     if distinct >= _COPIES and (np.ptp(deflection, axis=0) < _NOTHING).all():

@@ -23,7 +23,8 @@ from elastocal.wording import worded
 LINK_SHARE = 0.05
 """Radius of a link over the reach of the robot, if nothing is said."""
 
-_LARGE = 10.0  # reaches of the robot that no link of it measures
+_LARGE = 10.0  # reaches of the robot that no link of it measures ...
+_SMALLEST = 1.0  # ... of a robot that reaches so far at least [m]; a turntable reaches nowhere
 
 Radii = float | Mapping[str, float] | None
 """Radius of the capsules along a chain [m]: of all, or by the joint that moves them ("base" for the
@@ -110,9 +111,10 @@ def _solids(robot: Robot, shape: Shape, reach: float) -> list[Solid]:
         solids = solids_of(shape, name)
     except MeshSizeError as error:
         odd = error.size
+    most = _LARGE * max(reach, _SMALLEST)
     for sides in map(_sides, solids):
         # A base may have a wide floor or a long wall to it, a link that moves has nothing like it.
-        if (sides.max() if shape.body else sides.min()) > _LARGE * reach:
+        if (sides.max() if shape.body else sides.min()) > most:
             odd = max(odd, float(sides.max()))
     if odd:
         doubt = Doubt("odd-size", (name,), numbers={"size": odd, "reach": reach}, unit="m")
