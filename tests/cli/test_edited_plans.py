@@ -125,6 +125,7 @@ SENSELESS = {
     "certificate.continuous_design, entry 1.weight": (-0.5,),
     "seed": (-1,),
     "experiments": (-12,),
+    "searches.count": (-1, 1.5),
     "searches.apart": (-1e-3,),
     "schedule.hours": (-2,),
     "rho0_mm": (-0.01,),

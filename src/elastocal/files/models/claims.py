@@ -40,9 +40,9 @@ class ProvenanceFile(OpenSection):
     @model_validator(mode="after")
     def _of_one_piece(self) -> Self:
         """The measurements are among the readings: of one file both have the same hash."""
-        named, several = self.measurements, (", ", " through ")
-        alone = named is not None and not any(part in named.name for part in several)
-        if named is not None and alone and self.readings and named.sha256 not in self.readings:
+        named, readings = self.measurements or OriginFile(), self.readings or ()
+        several = ", " in named.name or " through " in named.name
+        if named.sha256 and readings and not several and named.sha256 not in readings:
             raise ValueError(
                 f"the sha256 of measurements, {named.sha256[:16]!r}…, is not among the readings; "
                 "one of them was changed"

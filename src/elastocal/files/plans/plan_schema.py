@@ -97,12 +97,19 @@ class CertificateFile(OpenSection):
             ("rarest", searched),
         ):
             some, among = getattr(self, key), [n for n in starts if n is not None]
-            if some is not None and among and some > sum(among):
+            if some is not None and len(among) == len(starts) and some > sum(among):
                 raise ValueError(f"{key} is {some}, of only {sum(among)} starts")
         for key, bound in (self.model_extra or {}).items():
             if key.endswith("_lower_bound_mm") and isinstance(bound, (int, float)) and bound < 0.0:
                 raise ValueError(f"{key}: expected 0 or a positive number, found {bound:g}")
         return self
+
+
+class SearchesFile(OpenSection):
+    """Independent searches for the plan, and how far they are apart."""
+
+    count: Natural | None = None
+    apart: AtLeastZero | None = None
 
 
 class AfterFile(OpenSection):
@@ -129,7 +136,7 @@ class PlanFile(OpenSection):
     criterion: Name | None = None
     seed: Natural | None = None
     experiments: Natural | None = None
-    searches: dict[str, AtLeastZero] | None = None
+    searches: SearchesFile | None = None
     load_cases_sha256: str = ""
     free_joints: list[str] | None = None
     schedule: dict[str, AtLeastZero] | None = None
