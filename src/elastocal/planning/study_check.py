@@ -14,6 +14,7 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.constraints import BeamRange, Clearance, LineOfSight, margins_at
+from elastocal.constraints.cell import ITSELF
 from elastocal.constraints.watch import Watch, watch_of
 from elastocal.errors import Doubt, ElastocalError
 from elastocal.measuring.instrument import tracker_of
@@ -182,13 +183,17 @@ def _doubts(study: Study, reach: float) -> Iterator[Doubt]:
 
 
 def _robot_below_floor(study: Study) -> Iterator[Doubt]:
-    """A floor above the links that the robot stands on."""
-    for constraint in study.constraints:
-        if isinstance(constraint, Clearance) and constraint.height is not None:
-            below = tuple(left.first for left in constraint.unwatched if left.why == "below-it")
+    """A floor above what the robot stands on: its base, and links that move with no tilt."""
+    clearances = [c for c in study.constraints if isinstance(c, Clearance)]
+    own = [s for c in clearances if c.what == ITSELF for s in c.pairs.solids if not s.body]
+    for floor in clearances:
+        if floor.height is not None:
+            below = [solid.name for solid in own if solid.top < floor.height]
+            below += [left.first for left in floor.unwatched if left.why == "below-it"]
             if below:
-                height = {"height": constraint.height}
-                yield Doubt("robot-below-floor", below, numbers=height, unit="m")
+                names = tuple(dict.fromkeys(below))
+                height = {"height": floor.height}
+                yield Doubt("robot-below-floor", names, numbers=height, unit="m")
 
 
 def _below_floor(study: Study, pose: TestPose | TestPath) -> Iterator[Doubt]:

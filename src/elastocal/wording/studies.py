@@ -115,7 +115,8 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         "floor elsewhere, as in constraints: {floor: {z_mm: -300}}?"
     ),
     "robot-below-floor": lambda doubt: (
-        f"{listed(doubt.about)}, on which the robot stands, is wholly below the floor, which is "
+        f"{listed(doubt.about)}, on which the robot stands, "
+        f"{'is' if len(doubt.about) == 1 else 'are'} wholly below the floor, which is "
         f"{_mm(doubt, 'height')} above the origin of the base: is it meant to be below, as in "
         "constraints: {floor: {z_mm: -300}}?"
     ),

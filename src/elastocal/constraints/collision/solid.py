@@ -63,6 +63,13 @@ class Solid:
         """Largest distance of a point of the solid from the origin of its body [m]."""
         return float(np.linalg.norm(self.segment, axis=1).max()) + self.radius
 
+    @property
+    def top(self) -> float:
+        """Height that no point of the solid is above, in the frame of its body [m]."""
+        if self.boxed:
+            return float(self.box_pose[2, 3] + np.abs(self.box_pose[2, :3]) @ self.half)
+        return float(self.segment[:, 2].max()) + self.radius
+
 
 def capsule(name: str, body: int, start: Array, end: Array, radius: float) -> Solid:
     """A capsule between two points in the frame of a body [m]."""
