@@ -56,7 +56,7 @@ def test_words_with_a_meaning(word: str) -> None:
 @pytest.mark.parametrize(
     "sign", ["\0", "\x07", "\x1b", "\x7f", "\x85", "\x9b", "\u2028", "\u2029", "\ufffe", "\ud800"]
 )
-@pytest.mark.parametrize("end", ["\n", "\r\n"])
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
 def test_control_characters_are_refused_with_their_place(sign: str, end: str) -> None:
     text = end.join(["a: 1", "# µ", f"bcd: 'x{sign}y'", "e: 2"])
     with pytest.raises(StudyError) as caught:

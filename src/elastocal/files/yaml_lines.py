@@ -80,8 +80,8 @@ def parse(text: str, file: Path) -> Located:
             measure.
     """
     if found := _UNSEEN.search(text):
-        before = text[: found.start()]
-        line, column = before.count("\n") + 1, found.start() - before.rfind("\n")
+        before = text[: found.start()].replace("\r\n", "\n").replace("\r", "\n")
+        line, column = before.count("\n") + 1, len(before) - before.rfind("\n")
         raise StudyError(
             f"{file}, line {line}, column {column}: character U+{ord(found[0]):04X} is no text; "
             "remove it"
