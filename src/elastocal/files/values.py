@@ -16,7 +16,7 @@ from elastocal.names import LONGEST, flaw
 
 _LONGEST_PATH = 4096  # as long as paths may be
 _DIGITS = re.compile(r"[-+]?(0[xX][\da-fA-F_]+|(0[oObB])?[\d_:.]+([eE][-+]?\d+)?)", re.ASCII)
-_ROUNDING = 1e-6  # by which a share may be above 1
+_ROUNDING = 1e-3  # by which a share may be above 1; closer claims are judged, not refused
 _EXTREME = "expected a number of ordinary size, found one beyond 1e30 or 1e-30"
 
 
