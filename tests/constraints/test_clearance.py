@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
@@ -232,6 +233,15 @@ def test_the_capsule_around_points_holds_them() -> None:
         share = np.clip((points - segment[0]) @ along / max(along @ along, 1e-300), 0.0, 1.0)
         off = np.linalg.norm(points - segment[0] - share[:, None] * along, axis=1)
         assert off.max() <= radius * (1.0 + 1e-9)
+
+
+def test_a_capsule_around_many_points_takes_room_in_proportion() -> None:
+    points = np.random.default_rng(0).normal(size=(3000, 3))
+    tracemalloc.start()
+    bounding_capsule(points)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 50 * points.nbytes  # an orthogonal matrix of 3000 columns has 1000 times as much
 
 
 def test_a_ram_is_carried_by_the_joint_that_slides() -> None:

@@ -189,7 +189,7 @@ def bounding_capsule(points: Array) -> tuple[Array, float]:
     ends drawn in as far as the round caps allow.
     """
     middle = points.mean(axis=0)
-    axes = np.linalg.svd(points - middle, full_matrices=True)[2]
+    axes = np.linalg.svd(points - middle, full_matrices=len(points) < 3)[2]  # all three of them
     best: tuple[float, Array, float] | None = None
     for axis in axes:
         along = points @ axis
