@@ -120,7 +120,7 @@ def continuous_design(
     for count in range(_ROUNDS):
         total = here.total(base)
         if _is_singular(total, usual):
-            best = here
+            best = closest = here
             break
         gradient = smooth.gradient(total[None])[0]
         level = float(np.sum((total - base) * gradient))
@@ -143,7 +143,7 @@ def continuous_design(
                 level=level * (1.0 + tolerance),
             )
             if bound.largest <= level * (1.0 + tolerance):
-                best = here
+                best = closest = here
                 break
             found = np.concatenate([found, bound.x_found])
             s = np.concatenate([s, bound.s_found])
