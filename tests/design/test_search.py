@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from elastocal.arrays import Array
 from elastocal.design import approximate, continuous, exact
 from elastocal.design.approximate import interior_point, optimal_weights
 from elastocal.design.continuous import ContinuousDesign, continuous_design
@@ -74,6 +75,34 @@ def test_a_bound_is_sought_when_the_gap_is_closed(monkeypatch: pytest.MonkeyPatc
     found = continuous_design(polynomial(4), D, np.random.default_rng(0))
     assert found.gap < 1e-5
     assert len(calls) == 1
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_criterion_with_a_kink_is_bounded_where_the_search_ended(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It has two bounds, of its smooth stand-in and its own: both at the design that is returned.
+
+    Its own was taken at an earlier design once, where the gradient is another: 9 % too high.
+    """
+    totals: list[Array] = []
+    real = continuous.dual_bound
+
+    def spy(space: Any, criterion: Any, total: Array, *rest: Any, **options: Any) -> Any:
+        totals.append(total)
+        return real(space, criterion, total, *rest, **options)
+
+    monkeypatch.setattr(continuous, "dual_bound", spy)
+    found = continuous_design(
+        polynomial(3),
+        MatrixMean(-np.inf).smooth,
+        np.random.default_rng(seed),
+        certified=MatrixMean(-np.inf),
+    )
+    assert len(totals) >= 2
+    np.testing.assert_array_equal(totals[-1], found.total)
+    np.testing.assert_array_equal(totals[-2], found.total)
+    assert found.gap < 0.01
 
 
 def test_the_gap_is_told_as_it_closes() -> None:
@@ -154,11 +183,18 @@ def test_how_far_independent_searches_agree_is_told(quadratic: ContinuousDesign)
 
 def test_progress_never_falls_and_stays_below_one(quadratic: ContinuousDesign) -> None:
     told: list[float] = []
-    exact_design(
+    values: list[float] = []
+
+    def tell(share: float, value: float) -> None:
+        told.append(share)
+        values.append(value)
+
+    found = exact_design(
         goal(2), 7, 3, np.random.default_rng(1), continuous=quadratic,
-        effort=Effort(batch=8, generations=4, patience=9, islands=3),
-        progress=lambda what, share: told.append(share),
+        effort=Effort(batch=8, generations=4, patience=9, islands=3), progress=tell,
     )  # fmt: skip
+    assert all(a <= b for a, b in pairwise(values))
+    assert values[-1] == pytest.approx(found.value, rel=1e-6)
     np.testing.assert_allclose(told, [k / 12 for k in (1, 2, 3, 5, 6, 7, 9, 10, 11)])
     assert all(a <= b for a, b in pairwise(told))
     assert told[-1] <= 1.0

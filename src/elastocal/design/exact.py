@@ -70,7 +70,7 @@ def exact_design(
     *,
     continuous: ContinuousDesign | None = None,
     effort: Effort | None = None,
-    progress: Callable[[str, float], None] | None = None,
+    progress: Callable[[float, float], None] | None = None,
 ) -> ExactDesign:
     """A plan of `count` experiments at no more than `distinct` points.
 
@@ -81,7 +81,7 @@ def exact_design(
         rng: Source of all randomness.
         continuous: Best continuous design, to round and to know when to stop.
         effort: How long to search.
-        progress: Told the share that is done.
+        progress: Told the share that is done, and φ of the best plan so far.
     """
     if effort is None:
         # Rounding the continuous design does most of the work where there is room for its support.
@@ -91,10 +91,15 @@ def exact_design(
     if continuous is not None:
         smooth = smooth.near(continuous.total[None])
     breeder = _Breeder(smooth, count, distinct, rng, continuous)
-    elites = []
+    elites: list[Plans] = []
     for island in range(effort.islands):
-        share = island / effort.islands
-        elites.append(_island(breeder, effort, share, progress))
+        before = max((float(elite.value[0]) for elite in elites), default=0.0)
+
+        def tell(share: float, value: float, done: int = island, best: float = before) -> None:
+            if progress is not None:
+                progress((done + share) / effort.islands, max(value, best))
+
+        elites.append(_island(breeder, effort, tell))
         if breeder.cannot_improve(elites[-1].value[0]):
             break
     ends = [float(elite.value[0]) for elite in elites]
@@ -136,8 +141,7 @@ def _by_what_decides(goal: Goal, plan: Plans) -> Plans:
 def _island(
     breeder: _Breeder,
     effort: Effort,
-    done: float,
-    progress: Callable[[str, float], None] | None,
+    tell: Callable[[float, float], None],
 ) -> Plans:
     """The elite of one evolution from nothing."""
     elite = breeder.evolve(breeder.first(effort.batch), effort)
@@ -147,8 +151,7 @@ def _island(
         merged = breeder.checked(elite.join(children).best(_ELITE, apart=_APART))
         gain = merged.value[0] / max(elite.value[0], TINY) - 1.0
         elite, idle = merged, idle + 1 if gain < 1e-5 else 0
-        if progress is not None:
-            progress("exact plan", done + generation / effort.generations / effort.islands)
+        tell(generation / effort.generations, float(elite.value[0]))
         if idle >= effort.patience or breeder.cannot_improve(elite.value[0]):
             break
     return elite

@@ -42,6 +42,7 @@ from elastocal.study.identifiability import check_count, check_identifiable
 from elastocal.study.left_rigid import left_rigid
 from elastocal.study.study import Study
 from elastocal.wording import worded
+from elastocal.wording.numbers import short
 
 
 @dataclass(frozen=True)
@@ -206,7 +207,7 @@ def _searched(
             rng,
             continuous=bound.design,
             effort=effort,
-            progress=lambda what, share: tell(what, 0.4 + 0.6 * share),
+            progress=lambda share, value: tell(_so_far(bound, value / m), 0.4 + 0.6 * share),
         )
         searches, apart = design.searches, design.apart
         plain = simplify(space, space.load_cases(design.x))
@@ -224,6 +225,14 @@ def _searched(
             avoid += (_away_from(error.q, study.robot, (*plain.free, plain.turns_with_load)),)
             continue
         return _Outcome(design.x, cases, design.counts[order], plain, via, searches, apart)
+
+
+def _so_far(bound: Bound, value: float) -> str:
+    """What is going on, and how good the best plan of the search is that has φ of `value` each."""
+    if bound.design is None or bound.floored:
+        return "exact plan"
+    gain = 1.0 - np.sqrt(min(value / bound.design.certificate.upper, 1.0))
+    return f"exact plan, at most {short(100.0 * gain)} % to gain"
 
 
 def _roomiest(study: Study, cases: LoadCases) -> IntArray:
