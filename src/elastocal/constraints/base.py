@@ -39,6 +39,11 @@ class Constraint(abc.ABC):
         margins are not near zero most of the time, so gradients are made only when asked for.
         """
 
+    @property
+    def on_the_way(self) -> Constraint:
+        """What of it holds where the robot only passes, nothing is measured."""
+        return self
+
     def room(self, posture: Posture) -> Array:
         """(N,) margins to be shown; `at` may stop measuring where there is plenty."""
         return self.at(posture)[0]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 
 from elastocal.arrays import Array
@@ -59,6 +61,14 @@ class Clearance(Constraint):
         self.unwatched, self.made_do = unwatched, made_do
         self.one_by_one = not pairs.closed
         self.name = bounded(f"clearance from {name}", ">=", margin, "m")
+
+    @property
+    def on_the_way(self) -> Clearance:
+        """The same clearance with what is to be kept while moving."""
+        passing = copy(self)
+        passing.keep = self.keep_moving
+        passing.name = bounded(f"clearance from {self.what}", ">=", passing.keep, "m")
+        return passing
 
     @property
     def hardly(self) -> tuple[int, int]:

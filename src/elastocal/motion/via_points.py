@@ -136,8 +136,8 @@ def way_around(
 def _free(space: MotionSpace, q: Array) -> BoolArray:
     """(N,) which configurations keep what is to be kept while moving."""
     posture = Posture(space.robot, q)
-    room = [c.at(posture)[0] + c.keep - c.keep_moving for c in space.clearances]
-    return np.asarray((np.min(room, axis=0) > 0.0) & _holding(space, posture))
+    room = margins_at([c.on_the_way for c in space.clearances], posture)
+    return np.asarray((room > 0.0).all(axis=0) & _holding(space, posture))
 
 
 def _holding(space: MotionSpace, posture: Posture) -> BoolArray:

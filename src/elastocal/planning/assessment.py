@@ -178,11 +178,12 @@ def _margins(study: Study, cases: LoadCases) -> tuple[tuple[Nearest, ...], tuple
 def broken_on_the_way(study: Study, via: Vias) -> tuple[list[Doubt], list[Doubt]]:
     """What via points break: what must hold wherever the robot is, and what is about measuring.
 
-    Home is judged by itself, also where a plan passes it.
+    Of clearances they keep what is to be kept while moving, as the motions to them do. Home is
+    judged by itself, also where a plan passes it.
     """
     must: list[Doubt] = []
     rest: list[Doubt] = []
-    constraints = (*study.joint_limits, *study.constraints)
+    constraints = [c.on_the_way for c in (*study.joint_limits, *study.constraints)]
     for leg, points in enumerate(via):
         if not len(points):
             continue

@@ -15,6 +15,8 @@ import numpy as np
 from elastocal.arrays import Array, IntArray
 from elastocal.constraints import Constraint, margins_at
 from elastocal.errors import InputError
+from elastocal.motion.margins import motions_free
+from elastocal.motion.space import MotionSpace
 from elastocal.robot.chain import Robot
 from elastocal.robot.posture import Posture
 
@@ -51,12 +53,14 @@ def approaches(
     amount: Array,
     limits: Array,
     constraints: Sequence[Constraint] = (),
+    space: MotionSpace | None = None,
 ) -> tuple[Array, bool]:
     """Approach points of configurations, within limits and constraints.
 
     Every axis comes from the side of smaller joint values where possible. Where a limit or a
     constraint is in the way, as few axes as possible come from the other side, the same axes for
-    all configurations; only if that cannot be, each configuration has its own sides.
+    all configurations; only if that cannot be, each configuration has its own sides. Where a
+    configuration has none, clearances are only what motions keep.
 
     Args:
         robot: The robot.
@@ -64,6 +68,8 @@ def approaches(
         amount: (n,) how far away each axis starts, not negative [rad or m].
         limits: (2, n) lower and upper joint values [rad or m].
         constraints: Constraints that hold at the approach points too.
+        space: Where clearances may be less, as long as the motions to the configurations are free;
+            nowhere if None.
 
     Returns:
         The (S, n) approach points [rad or m], and whether all have the same sides.
@@ -74,23 +80,23 @@ def approaches(
     moving = np.flatnonzero(amount > 0.0).astype(np.int64)
     if not len(moving) or not len(q):
         return q.copy(), True
-    common: Array | None = None
-    own: list[Array | None] = [None] * len(q)
-    for sides in _sides(len(amount), moving):
-        points = q - sides * amount
-        free = _free(robot, points, limits, constraints)
-        if free.all():
-            common = points
-            break
-        for i in np.flatnonzero(free).tolist():
-            if own[i] is None:
-                own[i] = points[i]
-    if common is not None:
-        return common, True
-    for i, point in enumerate(own):
-        if point is None:
-            raise InputError(_obstacle(robot, i, q[i], amount, limits, constraints))
-    return np.array(own), False
+    own, missing = np.array(q), np.ones(len(q), dtype=bool)
+    for passing in (False, True) if space and space.clearances else (False,):
+        if passing:
+            constraints = [constraint.on_the_way for constraint in constraints]
+        for sides in _sides(len(amount), moving):
+            points = q - sides * amount
+            free = _free(robot, points, limits, constraints)
+            if passing and space:
+                free[free] = motions_free(space, points[free], q[free])
+            if free.all():
+                return points, True
+            own[free & missing] = points[free & missing]
+            missing &= ~free
+        if not missing.any():
+            return own, False
+    i = int(missing.argmax())
+    raise InputError(_obstacle(robot, i, q[i], amount, limits, constraints))
 
 
 def _sides(n: int, moving: IntArray) -> Iterator[Array]:

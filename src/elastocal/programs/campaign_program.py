@@ -85,7 +85,7 @@ def campaign_program(
     robot = study.robot
     q = _inside(robot, cases.q, "load case")
     amount = np.where(robot.prismatic, approach.length, approach.angle) * ~study.held
-    before, same = approaches(robot, q, amount, study.bounds, study.constraints)
+    before, same = approaches(robot, q, amount, study.bounds, study.constraints, study.motion_space)
     beside = np.stack([_inside(robot, before, "approach point"), q], axis=1).reshape(-1, q.shape[1])
     start, notes = ([], []) if home is None else _home(study, home)
     notes += [f"On the way, where nothing is measured, {ended(worded(doubt))}" for doubt in rest]
@@ -223,7 +223,7 @@ def _home(study: Study, home: ArrayLike) -> tuple[list[Array], list[str]]:
     if q.shape != (len(robot.joints),):
         raise InputError(f"home needs {len(robot.joints)} joint values, found {q.size}")
     check_limits(robot, q[None], ["home"])
-    constraints = (*study.joint_limits, *study.constraints)
+    constraints = [c.on_the_way for c in (*study.joint_limits, *study.constraints)]
     room = margins_at(constraints, Posture(robot, q[None]))[:, 0]
     return [q], [
         f"Home breaks {c.name} by {described(-float(margin), c.unit)}."

@@ -14,7 +14,7 @@ from elastocal.elastic.allowed_loads import FixedVector
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.springs import joint_springs
-from elastocal.errors import InfeasibleError
+from elastocal.errors import InfeasibleError, InputError
 from elastocal.measuring.instrument import Isotropic
 from elastocal.motion.margins import (
     TOLERANCE,
@@ -30,6 +30,8 @@ from elastocal.motion.via_points import (
     refuse_home,
     way_around,
 )
+from elastocal.planning.assessment import broken_on_the_way
+from elastocal.programs.approach import Approach
 from elastocal.programs.campaign_program import campaign_program
 from elastocal.programs.robot_program import Move
 from elastocal.robot.chain import Joint, Robot, Tool, transform
@@ -348,3 +350,35 @@ def test_programs_pass_the_via_points_and_refuse_to_leave_them_out() -> None:
     (doubt,) = error.value.doubts
     assert (doubt.about, doubt.because) == (("H0", "AP1"), ("wall", "ball"))
     campaign_program(study, cases, repeats)  # it starts where the robot stands
+
+
+def test_via_points_keep_what_motions_keep() -> None:
+    """15 mm from a wall one may pass, with 20 mm to be kept by configurations; 5 mm is too near."""
+    study = slider([("wall", (0.0, -0.2), (0.1, 1.5))])
+    none = np.zeros((0, 2))
+    for gap, kept in ((0.015, True), (0.005, False)):
+        via = np.array([[-0.15 - gap, -0.8], [-0.15 - gap, 0.5]])
+        must, rest = broken_on_the_way(study, [via, none])
+        assert [len(must), len(rest)] == [0 if kept else 2, 0]
+        assert all(doubt.because == ("clearance of ball from wall >= 10 mm",) for doubt in must)
+        assert all(doubt.numbers["by"] == pytest.approx(0.005) for doubt in must)
+    near = replace(study.pace, home=np.array([-0.165, -0.8]))
+    cases = LoadCases(GOAL, np.array([[300.0, 200.0, -1000.0, 0.0, 0.0, 0.0]]))
+    via = detours(replace(study, pace=near).motion_space, GOAL)
+    program = campaign_program(study, cases, np.array([1]), home=near.home, via=via)
+    assert not any("Home breaks" in note for note in program.notes)
+
+
+def test_where_both_sides_are_narrow_the_approach_keeps_what_motions_keep() -> None:
+    """A corridor with 0.5 mm more than configurations must keep, and an approach of 1 mm."""
+    sides, x = (0.1, 1.0), 0.15 + 0.0205
+    study = slider([("left", (-x, 0.0), sides), ("right", (x, 0.0), sides)])
+    wide = slider([("left", (-x, 0.0), sides), ("right", (x + 0.001, 0.0), sides)])
+    cases = LoadCases(np.zeros((1, 2)), np.array([[300.0, 200.0, -1000.0, 0.0, 0.0, 0.0]]))
+    for one, expected in ((study, [-1e-3, -1e-3]), (wide, [1e-3, -1e-3])):
+        home = one.pace.home
+        via = detours(one.motion_space, cases.q)
+        program = campaign_program(one, cases, np.array([1]), home=home, via=via)
+        np.testing.assert_allclose(program.targets[1], expected, atol=1e-12)
+    with pytest.raises(InputError, match=r"within clearance of ball from left >= 10 mm"):
+        campaign_program(study, cases, np.array([1]), approach=Approach(length=0.012))
