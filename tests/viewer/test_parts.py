@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from elastocal.arrays import Array
+from elastocal.constraints.cell import CollisionRules, clearances
 from elastocal.drawing.shape_solids import solid_of
 from elastocal.drawing.skeleton import skeletons
 from elastocal.drawing.solids import Mesh
@@ -23,6 +24,7 @@ from elastocal.viewer.surroundings import (
     apertures,
     beams,
     cones,
+    floors,
     ghost,
     obstacles,
     reach,
@@ -212,6 +214,22 @@ def test_walls_are_drawn_once_and_obstacles_as_what_they_are() -> None:
     (both,) = walls(tracked())
     assert both.name == "height of M1/M2 >= 500 mm"
     assert len(walls(kr270())) == 2
+
+
+def test_the_floor_that_is_watched_is_drawn_where_it_is() -> None:
+    subject, height = kr270(), -0.35
+    assert not floors(subject)
+    study = subject.study
+    rules = replace(CollisionRules(), floor=height, itself=False)
+    tool = study.experiments.tool
+    (floor,) = clearances(study.robot, tool, study.limits, (), rules)
+    below = replace(subject, study=replace(study, constraints=(*study.constraints, floor)))
+    assert floors(below) == [height]
+    assert reach(below)[0][2] < height < reach(subject)[0][2]
+    drawn = {surface.name: surface for surface in walls(below)}["floor"]
+    assert drawn.solid.vertices[:, 2] == pytest.approx(np.full(4, height), abs=1e-12)
+    assert np.ptp(drawn.solid.vertices, axis=0)[:2].min() > 1.0
+    assert drawn.label.tolist() in drawn.outlines[0].tolist()
 
 
 def test_everything_fits_into_the_box() -> None:

@@ -32,7 +32,9 @@ def top_of(solid: Mesh) -> Array:
 
 
 def corners(constraint: Clearance) -> Array:
-    """(., 3) points that an obstacle covers [m]; none for the robot itself."""
+    """(., 3) points that an obstacle covers [m], one of a floor; none for the robot itself."""
+    if constraint.height is not None:
+        return np.array([[0.0, 0.0, constraint.height]])
     if constraint.obstacle is None:
         return np.zeros((0, 3))
     return solid_of(constraint.obstacle)[0].vertices

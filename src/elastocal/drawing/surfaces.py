@@ -47,14 +47,22 @@ class Surface:
 def wall(constraint: Constraint, stage: Stage) -> Surface | None:
     """A limit that stands in the room, the same for every configuration."""
     if isinstance(constraint, HalfSpace):
-        plane = _plane(constraint, stage)
+        plane = _plane(constraint.name, constraint.normal, constraint.offset, stage)
         return None if plane is None else _about(constraint, plane)
     if isinstance(constraint, MinRadius):
         return _about(constraint, _cylinder(constraint, stage))
+    if isinstance(constraint, Clearance) and constraint.height is not None:
+        ground = _plane(constraint.what, np.array([0.0, 0.0, 1.0]), constraint.height, stage)
+        return None if ground is None else replace(ground, label=_in_front(ground.outlines[0]))
     if isinstance(constraint, Clearance) and constraint.obstacle is not None:
         solid, outlines = solid_of(constraint.obstacle)
         return Surface(constraint.what, solid, outlines, top_of(solid), OPACITY)
     return None
+
+
+def _in_front(rim: Array) -> Array:
+    """(3,) corner of a rim (., 3) that is nearest to who looks at the stage as it opens."""
+    return np.asarray(rim[int(np.argmax(rim[:, 0] - rim[:, 1]))])
 
 
 def _about(constraint: HalfSpace | MinRadius, surface: Surface) -> Surface:
@@ -106,11 +114,11 @@ def _fan(name: str, at: Array, size: float, rays: Array, axis: Array, *, closed:
     return Surface(name, solid, (outline, np.vstack([at, tip])), tip)
 
 
-def _plane(constraint: HalfSpace, stage: Stage) -> Surface | None:
-    """The plane where it cuts the box of the stage."""
+def _plane(name: str, normal: Array, offset: float, stage: Stage) -> Surface | None:
+    """The plane at `offset` [m] along `normal`, where it cuts the box of the stage."""
     low, high = _inside(stage)
     corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, 8).T
-    height = corners @ constraint.normal - constraint.offset
+    height = corners @ normal - offset
     cuts = []
     for a in range(8):
         for b in range(a):
@@ -121,13 +129,13 @@ def _plane(constraint: HalfSpace, stage: Stage) -> Surface | None:
     if len(cuts) < 3:
         return None
     centre = np.mean(cuts, axis=0)
-    side, other = circle(constraint.normal, 4)[:2]
+    side, other = circle(normal, 4)[:2]
     around = np.argsort([np.arctan2((c - centre) @ other, (c - centre) @ side) for c in cuts])
     rim = np.array(cuts)[around]
     back = int(np.argmax(rim[:, 0] + rim[:, 1] + rim[:, 2]))
     i = np.arange(1, len(rim) - 1)
     solid = Mesh(rim, np.column_stack([np.zeros_like(i), i, i + 1]))
-    return Surface(constraint.name, solid, (np.vstack([rim, rim[:1]]),), rim[back])
+    return Surface(name, solid, (np.vstack([rim, rim[:1]]),), rim[back])
 
 
 def _inside(stage: Stage) -> tuple[Array, Array]:

@@ -27,6 +27,7 @@ from elastocal.viewer.surroundings import (
     apertures,
     beams,
     cones,
+    floors,
     ghost,
     obstacles,
     reach,
@@ -169,7 +170,8 @@ class Scene:
 
     def _stand(self) -> None:
         """What stands around the robot."""
-        robot, floor = self._subject.study.robot, min(0.0, float(self._lower[2]))
+        robot = self._subject.study.robot
+        floor = (*floors(self._subject), min(0.0, float(self._lower[2])))[0]
         width = 2.0 * float(np.abs([self._lower[:2], self._upper[:2]]).max()) + self.size
         cell = 10.0 ** np.floor(np.log10(self.size / 3.0))
         self._scene.add_grid(

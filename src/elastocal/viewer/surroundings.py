@@ -76,6 +76,7 @@ def reach(subject: Subject, parts: Sequence[Part] = ()) -> tuple[Array, Array, f
         points += [skeleton.points for skeleton in skeletons(robot, tool, q)]
     for shape in obstacles(subject):
         points.append(_vertices(shape))
+    points += [np.array([[0.0, 0.0, height]]) for height in floors(subject)]
     points += traces(subject)
     box = np.vstack(points)
     return box.min(axis=0) - 0.05 * size, box.max(axis=0) + 0.05 * size, size
@@ -93,6 +94,12 @@ def obstacles(subject: Subject) -> tuple[Shape, ...]:
     return tuple(shape for shape in found if shape is not None)
 
 
+def floors(subject: Subject) -> list[float]:
+    """Height of the floor that is watched [m]; empty if none is."""
+    found = [c.height for c in subject.study.constraints if isinstance(c, Clearance)]
+    return [height for height in found if height is not None]
+
+
 def _vertices(shape: Shape) -> Array:
     """(., 3) points of an obstacle [m]; only its place if its mesh cannot be drawn."""
     try:
@@ -105,7 +112,9 @@ def walls(subject: Subject) -> tuple[Surface, ...]:
     """Limits that stand in the room; obstacles are drawn as what they are, see `obstacles`."""
     lower, upper, size = reach(subject)
     stage = Stage((), (), (), lower, upper, size)
-    limits = [c for c in subject.study.constraints if not isinstance(c, Clearance)]
+    limits = [
+        c for c in subject.study.constraints if not isinstance(c, Clearance) or c.height is not None
+    ]
     drawn = [wall(constraint, stage) for constraint in limits]
     return _joined([surface for surface in drawn if surface is not None])
 
