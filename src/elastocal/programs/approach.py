@@ -12,7 +12,7 @@ from itertools import combinations
 
 import numpy as np
 
-from elastocal.arrays import Array, IntArray
+from elastocal.arrays import Array, BoolArray, IntArray
 from elastocal.constraints import Constraint, margins_at
 from elastocal.errors import InputError
 from elastocal.motion.margins import motions_free
@@ -112,7 +112,9 @@ def _sides(n: int, moving: IntArray) -> Iterator[Array]:
                 return
 
 
-def _free(robot: Robot, points: Array, limits: Array, constraints: Sequence[Constraint]) -> Array:
+def _free(
+    robot: Robot, points: Array, limits: Array, constraints: Sequence[Constraint]
+) -> BoolArray:
     """(S,) which points are within limits and constraints."""
     inside = ((points >= limits[0] - _ROUNDING) & (points <= limits[1] + _ROUNDING)).all(axis=1)
     if inside.any() and constraints:
