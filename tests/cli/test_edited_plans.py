@@ -14,6 +14,7 @@ from elastocal.errors import InputError, PlanFileError
 from elastocal.files.study.study_file import read_study
 from elastocal.files.texts import text_hash
 from tests.cli.test_commands import STUDY, run
+from tests.report.examples import visible
 
 TRUTH = '{"compliance": {"J1": {"value": 1e-6, "unit": "rad/(N.m)"}}}'
 
@@ -303,3 +304,29 @@ def test_what_another_plan_knew_is_said_beside_the_one_shown(tmp_path: Path) -> 
         result = run("report", shown, "--quick", "--vs", other, "-o", out, "--force")
         assert result.exit_code == 0, result.stderr
         assert words in result.stderr
+
+
+def far_via_point(document: dict[str, Any]) -> None:
+    document["via"] = [{"to": 2, "q_deg": {"J1": 0, "J2": 500, "J3": 0}}]
+
+
+def test_what_must_not_be_run_is_said_where_it_is_shown(
+    folder: Path, monkeypatch: Any, capsys: Any
+) -> None:
+    """A via point beyond a limit: refused as motion, and where the plan is only shown, said."""
+    edit(folder, far_via_point)
+    monkeypatch.chdir(folder)
+    refused = run("export", "edited.json", "--to", "csv")
+    assert refused.exit_code == 3
+    sentence = refused.stderr.splitlines()[-1].removeprefix("error: edited.json: ")
+    assert sentence.startswith("via point 1 from configuration 1 to configuration 2 breaks J2 <= ")
+    shown = run("report", "edited.json", "--quick", "-o", "edited.html")
+    assert shown.exit_code == 0
+    assert f"note: edited.json must not be run: {sentence}" in shown.stderr
+    page = visible((folder / "edited.html").read_text(encoding="utf-8"))
+    assert "This plan breaks its constraints. Do not run it." in page
+    assert "via point 1 from configuration 1 to configuration 2 breaks J2" in page
+    _subject(read_study("study.yaml"), Path("edited.json"))
+    assert f"note: edited.json must not be run: {sentence}" in capsys.readouterr().err
+    _subject(read_study("study.yaml"), Path("plan.json"))
+    assert "must not be run" not in capsys.readouterr().err

@@ -5,6 +5,7 @@ Imported by the commands when they run.
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +13,13 @@ import numpy as np
 from elastocal.cli.ending import undisturbed
 from elastocal.cores import several_cores, usable_cores
 from elastocal.files.plans.plan_file import write_plan, write_run_sheet
+from elastocal.files.plans.proposal_file import Proposal
+from elastocal.planning.assessment import assess, broken
 from elastocal.planning.certificate import Bound, lower_bound
 from elastocal.planning.plan import Plan, plan
 from elastocal.study.study import Study, with_count
 from elastocal.terminal.console import progress
+from elastocal.wording import worded
 
 
 def planned(study: Study, out: Path, seed: int, workers: int | None = None) -> Plan:
@@ -33,3 +37,18 @@ def bound(study: Study, count: int, seed: int, workers: int | None = None) -> Bo
     with several_cores(workers or usable_cores()), progress("bound") as tell:
         rng = np.random.default_rng([seed, 1])
         return lower_bound(with_count(study, count), rng, progress=tell)
+
+
+def note_broken(name: str, proposal: Proposal, judged: Study) -> None:
+    """Say on standard error if a plan must not be carried out, where it is shown all the same.
+
+    Args:
+        name: What the plan is called.
+        proposal: The plan.
+        judged: The study, as the plan was made for it.
+    """
+    worth = assess(judged, proposal.load_cases, proposal.repeats)
+    found = broken(judged, worth, proposal.load_cases.q, proposal.via)
+    if found:
+        more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+        print(f"note: {name} must not be run: {worded(found[0])}{more}", file=sys.stderr)

@@ -75,6 +75,7 @@ def report_command(
         refuse_false_claims,
         sources_of,
     )
+    from elastocal.cli.planning import note_broken
     from elastocal.cli.stages import stages, virtual_campaigns, write_report
     from elastocal.files.models.model_file import read_model
     from elastocal.files.plans.plan_file import judged
@@ -96,6 +97,7 @@ def report_command(
     note_parted([plan_file, *(vs or [])])
     note_origin(plan_file.name, proposal, given, shown.known)
     refuse_false_claims(plan_file.name, proposal, given)
+    note_broken(plan_file.name, proposal, shown)
     proposed = proposals(vs or [], shown)
     for name, other in proposed.items():
         note_origin(name, other, given, shown.known)

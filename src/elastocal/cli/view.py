@@ -66,6 +66,7 @@ def view_command(
 def _subject(study: Study, plan: Path | None) -> Subject:
     """The study with the poses of a plan, and what its certificate tells of any place."""
     from elastocal.cli.inputs import note_origin, refuse_false_claims
+    from elastocal.cli.planning import note_broken
     from elastocal.files.plans.proposal_file import read_proposal, study_for
     from elastocal.planning.sensitivity import sensitivity
     from elastocal.viewer.subject import Subject, stops_of
@@ -77,6 +78,7 @@ def _subject(study: Study, plan: Path | None) -> Subject:
     written, study = study, study_for(proposal, study)
     note_origin(plan.name, proposal, written, study.known)
     refuse_false_claims(plan.name, proposal, written)
+    note_broken(plan.name, proposal, study)
     known = peak = None
     if proposal.certified is not None:
         known, peak = sensitivity(study, *proposal.certified), proposal.certified.peak

@@ -18,7 +18,7 @@ from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.springs import VirtualJoints
 from elastocal.errors import Code, Doubt
 from elastocal.matrices import rank_of, scaled_inverse
-from elastocal.motion.margins import Vias
+from elastocal.motion.margins import Vias, motion_violations
 from elastocal.robot.joint_kinds import PRISMATIC, REVOLUTE
 from elastocal.robot.posture import Posture
 from elastocal.study.criteria import RHO0, losses
@@ -196,6 +196,19 @@ def broken_on_the_way(study: Study, via: Vias) -> tuple[list[Doubt], list[Doubt]
             doubt = Doubt("via-breaks", because=(name,), numbers=numbers, unit=constraints[c].unit)
             (rest if constraints[c].measuring else must).append(doubt)
     return must, rest
+
+
+def broken(study: Study, worth: Assessment, q: Array, via: Vias = ()) -> tuple[Doubt, ...]:
+    """What forbids to carry out load cases: limits and constraints, via points, blocked motions.
+
+    Args:
+        study: The study.
+        worth: What the load cases are worth.
+        q: (S, n) their configurations in order of execution [rad or m].
+        via: Configurations passed on the way, see `motion.Vias`.
+    """
+    must, _ = broken_on_the_way(study, via)
+    return (*worth.violations, *must, *motion_violations(study.motion_space, q, via))
 
 
 def _load_violations(unit: str, load: Load, vectors: Array) -> list[Doubt]:

@@ -24,7 +24,7 @@ from elastocal.motion.margins import motions_free
 from elastocal.motion.schedule import Schedule, schedule
 from elastocal.motion.tour import best_order
 from elastocal.motion.via_points import UnreachableError, detours, refuse_home
-from elastocal.planning.assessment import Assessment, assess, hardly_known
+from elastocal.planning.assessment import Assessment, assess, broken, hardly_known
 from elastocal.planning.certificate import (
     Bound,
     Certificate,
@@ -92,6 +92,11 @@ class Plan:
         hardly = hardly_known(self.study.springs, self.assessment.standard_error)
         watched = [d for d in self.watch.doubts if d.code in ("hardly-watched", "odd-size")]
         return (*rigid, *hardly, *watched)
+
+    @cached_property
+    def broken(self) -> tuple[Doubt, ...]:
+        """What forbids to carry it out; nothing, if it was planned and not changed since."""
+        return broken(self.study, self.assessment, self.load_cases.q, self.via)
 
     @property
     def watch(self) -> Watch:

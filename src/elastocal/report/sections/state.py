@@ -177,9 +177,9 @@ def _simulated(found: MonteCarlo) -> Step:
 def _alarms(contents: Contents) -> list[tuple[str, tuple[str, ...]]]:
     """What forbids to go on, with what must not be done."""
     found = []
-    if contents.plan is not None and contents.plan.assessment.violations:
+    if contents.plan is not None and contents.plan.broken:
         said = "This plan breaks its constraints. Do not run it."
-        found.append((said, tuple(map(worded, contents.plan.assessment.violations))))
+        found.append((said, tuple(map(worded, contents.plan.broken))))
     if contents.compensation is not None and (told := alarms(contents.compensation)):
         found.append(("Do not run the corrected path.", tuple(map(worded, told))))
     return found
