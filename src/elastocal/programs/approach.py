@@ -116,7 +116,8 @@ def _free(
     robot: Robot, points: Array, limits: Array, constraints: Sequence[Constraint]
 ) -> BoolArray:
     """(S,) which points are within limits and constraints."""
-    inside = ((points >= limits[0] - _ROUNDING) & (points <= limits[1] + _ROUNDING)).all(axis=1)
+    over = np.maximum(limits[0] - points, points - limits[1])
+    inside = np.asarray((over <= _ROUNDING).all(axis=1))
     if inside.any() and constraints:
         room = margins_at(constraints, Posture(robot, points[inside]))
         inside[inside] = (room >= -_TOLERANCE).all(axis=0)
