@@ -164,6 +164,7 @@ Code = Literal[
     "motion-blocked",
     "no-way",
     "home-blocked",
+    "out-of-reach",
 ]
 
 

@@ -154,6 +154,11 @@ def test_every_code_has_its_sentence() -> None:
             "one in motion: home_deg, or do not watch the two: constraints: {floor: off}",
         ),
         (
+            Doubt("out-of-reach", ("J3",), (), {"lower": -1.59, "upper": 4.7124}, "rad"),
+            "of the range of J3 only -91.1° to 270° can be reached from home: to get beyond, it "
+            "would have to pass through itself or its cell; plans keep within",
+        ),
+        (
             Doubt("chain-as-capsules", (), (), {"least": 0.1, "most": 0.14}),
             "no shapes are given: watched as capsules from joint to joint, 100 to 140 mm in "
             "radius; constraints: {collision: {link_radius_mm: …}} says how thick",

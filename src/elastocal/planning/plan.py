@@ -5,15 +5,14 @@ In: a `Study`. Out: a `Plan`. Nothing is printed or written.
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import NamedTuple
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
-from elastocal.constraints import Constraint, Distinct, room_at
+from elastocal.constraints import Constraint, room_at
 from elastocal.constraints.watch import Watch, watch_of
 from elastocal.design.exact import Effort, exact_design
 from elastocal.design.refinement import Goal
@@ -24,6 +23,7 @@ from elastocal.motion.margins import motions_free
 from elastocal.motion.schedule import Schedule, schedule
 from elastocal.motion.tour import best_order
 from elastocal.motion.via_points import UnreachableError, detours, refuse_home
+from elastocal.motion.within_reach import out_of_reach, reachable_limits
 from elastocal.planning.assessment import Assessment, assess, broken, hardly_known
 from elastocal.planning.certificate import (
     Bound,
@@ -33,10 +33,10 @@ from elastocal.planning.certificate import (
     confirmed,
     lower_bound,
 )
+from elastocal.planning.lost import AGAIN, away_from, others_lost, turned_into
 from elastocal.planning.one_side import azimuth_range
 from elastocal.planning.plain_values import Plain, simplify
 from elastocal.planning.visibility import Visibility, visibility
-from elastocal.robot.chain import Robot
 from elastocal.robot.posture import Posture
 from elastocal.study.identifiability import check_count, check_identifiable
 from elastocal.study.left_rigid import left_rigid
@@ -87,11 +87,11 @@ class Plan:
     @cached_property
     def doubts(self) -> tuple[Doubt, ...]:
         """What is weak: joints taken as rigid that the task bends, which ρ0 leaves out; compliances
-        that the experiments hardly tell; what is hardly watched."""
+        that the experiments hardly tell; what is hardly watched; what is out of reach."""
         rigid = [d for d in left_rigid(self.study) if d.code == "rigid-at-test-pose"]
         hardly = hardly_known(self.study.springs, self.assessment.standard_error)
         watched = [d for d in self.watch.doubts if d.code in ("hardly-watched", "odd-size")]
-        return (*rigid, *hardly, *watched)
+        return (*rigid, *hardly, *watched, *out_of_reach(self.study.motion_space))
 
     @cached_property
     def broken(self) -> tuple[Doubt, ...]:
@@ -197,23 +197,31 @@ def _searched(
 ) -> _Outcome:
     """The best plan found whose configurations can all be reached from home.
 
-    Configurations to which no way leads are ruled out one by one, with what is near them.
+    Joint ranges that are out of reach are left out from the start. Other configurations to which no
+    way leads are ruled out with what is near them, every time in a wider circle.
     """
-    space, motions, m = study.space, study.motion_space, study.experiments.count
+    motions, m = study.motion_space, study.experiments.count
     distinct = min(study.experiments.max_configurations or m, m, _enough(len(study.fitted)))
+    limits = reachable_limits(motions)
+    space = replace(study.space, limits=limits)
+    continuous = turned_into(limits, bound.design, study.robot) if bound.design else None
     avoid: tuple[Constraint, ...] = ()
-    while True:
+    blocked: UnreachableError | None = None
+    for again in range(AGAIN + 1):
         reachable = replace(space, constraints=(*space.constraints, *avoid))
         goal = Goal(reachable, bound.target, study.prior)
-        design = exact_design(
-            goal,
-            m,
-            distinct,
-            rng,
-            continuous=bound.design,
-            effort=effort,
-            progress=lambda share, value: tell(_so_far(bound, value / m), 0.4 + 0.6 * share),
-        )
+        try:
+            design = exact_design(
+                goal,
+                m,
+                distinct,
+                rng,
+                continuous=continuous,
+                effort=effort,
+                progress=partial(_told, tell, bound, m, again),
+            )
+        except InfeasibleError as error:
+            _refuse(blocked or error, () if blocked else out_of_reach(motions))
         searches, apart = design.searches, design.apart
         plain = simplify(space, space.load_cases(design.x))
         single = merged(goal, design, _roomiest(study, plain.cases))
@@ -222,14 +230,33 @@ def _searched(
         cases = plain.cases
         order = best_order(cases, study.pace, free=partial(motions_free, motions)).sequence
         cases = LoadCases(cases.q[order], cases.wrench[order])
+        tell("ways between configurations", 1.0)
         try:
             via = detours(motions, cases.q, seed=seed)
         except UnreachableError as error:
-            if len(avoid) == _UNREACHABLE:
-                raise
-            avoid += (_away_from(error.q, study.robot, (*plain.free, plain.turns_with_load)),)
+            blocked = error
+            if again < AGAIN:
+                same = (*plain.free, plain.turns_with_load)
+                lost = (error.q, *others_lost(motions, cases.q, error.q, seed))
+                avoid += tuple(away_from(q, study.robot, same, again) for q in lost)
             continue
         return _Outcome(design.x, cases, design.counts[order], plain, via, searches, apart)
+    assert blocked is not None
+    raise blocked
+
+
+def _refuse(error: InfeasibleError, left_out: tuple[Doubt, ...]) -> NoReturn:
+    """Raise the error with what was left out of the search for being out of reach."""
+    if not left_out:
+        raise error
+    raise InfeasibleError("; ".join([str(error), *map(worded, left_out)])).with_doubts(
+        *error.doubts, *left_out
+    )
+
+
+def _told(tell: Progress, bound: Bound, count: int, again: int, share: float, value: float) -> None:
+    what = f", search {again + 1} of at most {AGAIN + 1} for want of ways" if again else ""
+    tell(_so_far(bound, value / count) + what, 0.4 + 0.6 * share)
 
 
 def _so_far(bound: Bound, value: float) -> str:
@@ -245,16 +272,6 @@ def _roomiest(study: Study, cases: LoadCases) -> IntArray:
     constraints = (*study.joint_limits, *study.constraints)
     room = np.sort(room_at(constraints, Posture(study.robot, cases.q)), axis=0)
     return np.lexsort([np.arange(len(cases)), *-np.round(room[::-1], 6)])
-
-
-def _away_from(q: Array, robot: Robot, same: Collection[str]) -> Distinct:
-    """Keep away from (n,) joint values that cannot be reached; joints in `same` do not count."""
-    counts = np.array([float(name not in same) for name in robot.joint_names])
-    return Distinct("distance from what cannot be reached", q, counts, _AWAY)
-
-
-_UNREACHABLE = 8  # configurations without a way to them that are given up, one after the other ...
-_AWAY = 0.5  # ... and how far the next plan keeps away from them [rad, m]
 
 
 def _enough(parameters: int) -> int:

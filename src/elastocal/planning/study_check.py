@@ -19,6 +19,7 @@ from elastocal.constraints.watch import Watch, watch_of
 from elastocal.errors import Doubt, ElastocalError
 from elastocal.measuring.instrument import tracker_of
 from elastocal.motion.via_points import refuse_home
+from elastocal.motion.within_reach import out_of_reach
 from elastocal.planning.visibility import visibility
 from elastocal.robot.pose_check import PoseCheck, check_known_poses, refuse_misfit
 from elastocal.robot.posture import Posture
@@ -173,6 +174,7 @@ def _doubts(study: Study, reach: float) -> Iterator[Doubt]:
         yield Doubt("small-force", numbers={"force": study.experiments.force.size})
     yield from _small_cell(study)
     yield from watch_of(study.constraints).doubts
+    yield from out_of_reach(study.motion_space)
     rows = np.concatenate([p.regressor for p in study.planned_for])[:, study.wanted]
     involved = np.abs(rows).sum(axis=0) > 0.0
     names = zip(study.springs.names, involved, strict=True)

@@ -46,6 +46,15 @@ def _via(doubt: Doubt) -> str:
     return f"via point {doubt.numbers['via']} {_motion(doubt)} breaks {doubt.because[0]} by {by}"
 
 
+def _out_of_reach(doubt: Doubt) -> str:
+    name, n = doubt.about[0], doubt.numbers
+    lower, upper = (described(n[end], doubt.unit, 4) for end in ("lower", "upper"))
+    return (
+        f"of the range of {name} only {lower} to {upper} can be reached from home: to get "
+        "beyond, it would have to pass through itself or its cell; plans keep within"
+    )
+
+
 def _left_out(other: str, own: str) -> str:
     """The key by which a study lets two things touch."""
     return "floor: off" if other == "floor" else f"collision: {{ignore: [[{own}, {other}]]}}"
@@ -53,6 +62,7 @@ def _left_out(other: str, own: str) -> str:
 
 SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     "via-breaks": _via,
+    "out-of-reach": _out_of_reach,
     "motion-blocked": _blocked,
     "no-way": lambda doubt: (
         f"no motion without collision was found {_motion(doubt)}: the straight one {_where(doubt)}"

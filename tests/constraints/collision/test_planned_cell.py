@@ -16,10 +16,12 @@ from elastocal.errors import InfeasibleError
 from elastocal.files.plans.plan_file import write_plan, write_run_sheet
 from elastocal.files.plans.proposal_file import read_proposal
 from elastocal.files.study.study_file import parse_study, read_study
-from elastocal.motion.margins import legs_of
+from elastocal.motion.margins import legs_of, motion_violations
 from elastocal.motion.via_points import UnreachableError
+from elastocal.motion.within_reach import out_of_reach
 from elastocal.planning import plan as planning
 from elastocal.planning.plan import Plan, plan
+from elastocal.planning.study_check import check
 from elastocal.robot.chain import transform
 from tests.cli.test_bad_studies import GOOD, run
 from tests.constraints.collision.oracle import CellOracle
@@ -191,9 +193,33 @@ def test_a_plan_out_of_reach_is_refused(monkeypatch) -> None:
         raise UnreachableError("the motion hits the wall", q[0])
 
     monkeypatch.setattr(planning, "detours", blocked)
-    monkeypatch.setattr(planning, "_UNREACHABLE", 1)
+    monkeypatch.setattr(planning, "AGAIN", 1)
+    told: list[str] = []
     with pytest.raises(InfeasibleError, match="hits the wall"):
-        plan(study, effort=Effort(24, 2, 1, 1))
+        plan(study, effort=Effort(24, 2, 1, 1), progress=lambda what, _: told.append(what))
+    assert any("search 2 of at most 2 for want of ways" in what for what in told)
+    assert told[-1] == "ways between configurations"
+
+
+def test_ranges_beyond_a_closed_value_are_not_planned_in() -> None:
+    """Walls at both sides, outward from near the axis of A1: A1 cannot turn past them."""
+    walls = "\n".join(
+        f"    - {{name: W{y}, box_mm: [100, 4000, 9000], center_mm: [0, {y}, 0]}}"
+        for y in (-2450, 2450)
+    )
+    text = CELL[: CELL.index("  obstacles:")] + f"  obstacles:\n{walls}\n"
+    text += "motion: {home_deg: [0, -120, 120, 0, 0, 0]}\n"
+    study = parse_study(text, Path("study.yaml"))
+    (doubt,) = out_of_reach(study.motion_space)
+    assert doubt.about == ("A1",)
+    assert np.degrees(list(doubt.numbers.values())) == pytest.approx([-90.0, 90.0], abs=5.0)
+    found = plan(study, effort=Effort(24, 2, 1, 1))
+    a1 = found.load_cases.q[:, 0]
+    assert (a1 >= doubt.numbers["lower"]).all()
+    assert (a1 <= doubt.numbers["upper"]).all()
+    assert doubt in found.doubts
+    assert doubt in check(study).doubts
+    assert motion_violations(study.motion_space, found.load_cases.q, found.via) == ()
 
 
 def test_a_box_around_home_is_named() -> None:
