@@ -330,3 +330,17 @@ def test_what_must_not_be_run_is_said_where_it_is_shown(
     assert f"note: edited.json must not be run: {sentence}" in capsys.readouterr().err
     _subject(read_study("study.yaml"), Path("plan.json"))
     assert "must not be run" not in capsys.readouterr().err
+
+
+def test_a_prior_plan_with_other_load_cases_is_refused(folder: Path, monkeypatch: Any) -> None:
+    """What is said to have been carried out is what was planned; else it is a run sheet."""
+
+    def turned(document: dict[str, Any]) -> None:
+        document["load_cases"][0]["q_deg"]["J2"] += 20.0
+
+    edit(folder, turned)
+    monkeypatch.chdir(folder)
+    result = run("check", "prior.yaml")
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert "prior plan: edited.json: has other load cases than it was written with" in result.stderr
+    assert result.stderr.count("\n") == 1

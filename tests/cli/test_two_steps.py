@@ -84,6 +84,11 @@ def test_another_model_under_the_same_name_is_noticed(folder: Path, tmp_path: Pa
     study = tmp_path / "two.yaml"
     study.write_text(SECOND + "known: first.json\n", encoding="utf-8")
     result = run("evaluate", study, folder / "two.json", "--random", "0")
+    assert result.exit_code == 2  # its intervals are those of the model as it was
+    assert "is not the interval of" in flat(result.output)
+    del model["identification"], model["diagnostics"]
+    (tmp_path / "first.json").write_text(json.dumps(model), encoding="utf-8")
+    result = run("evaluate", study, folder / "two.json", "--random", "0")
     said = flat(result.output)
     assert "two.json was made when first.json was another file" in said
     assert "it claims ρ0 =" in said

@@ -13,6 +13,7 @@ from elastocal.errors import InputError, PlanFileError, StudyError
 from elastocal.files.plans.plan_file import plan_document, read_with_study
 from elastocal.files.plans.proposal_file import study_for
 from elastocal.files.study.study_file import parse_study
+from elastocal.files.texts import text_hash
 from elastocal.planning.certificate import lower_bound
 from elastocal.planning.evaluation import evaluate
 from elastocal.study.two_steps import with_known
@@ -56,15 +57,28 @@ def test_a_model_and_the_plan_it_came_from_promise_the_same(folder: Path) -> Non
     assert len(by_model.known.sha256) == 64
 
 
-def test_what_a_plan_claims_of_the_first_step_is_not_believed(folder: Path) -> None:
+def test_a_first_step_that_claims_what_it_does_not_give_is_refused(folder: Path) -> None:
+    """As everywhere: its study, its load cases or its claims were changed after planning."""
     document = json.loads((folder / "plan.json").read_text("utf-8"))
-    for entry in document["standard_error"].values():
-        entry["value"] /= 10.0
-    document["covariance"]["matrix"] = (0.01 * np.array(document["covariance"]["matrix"])).tolist()
+    document["standard_error"]["J2"]["value"] /= 10.0
     (folder / "boasts.json").write_text(json.dumps(document), "utf-8")
-    np.testing.assert_array_equal(
-        second(folder, "boasts.json").prior, second(folder, "plan.json").prior
-    )
+    with pytest.raises(InputError, match=r"boasts.json: it claims a standard error of \S+ for J2"):
+        second(folder, "boasts.json")
+    document = json.loads((folder / "plan.json").read_text("utf-8"))
+    text = document["study"]["text"].replace("sigma_mm: 0.1", "sigma_mm: 0.01")
+    assert text != document["study"]["text"]
+    document["study"] |= {"text": text, "sha256": text_hash(text)}
+    (folder / "boasts.json").write_text(json.dumps(document), "utf-8")
+    with pytest.raises(InputError, match=r"boasts.json: it claims .*changed after planning"):
+        second(folder, "boasts.json")
+
+
+def test_a_model_of_the_first_step_that_contradicts_itself_is_refused(folder: Path) -> None:
+    document = json.loads((folder / "model.json").read_text("utf-8"))
+    document["identification"] = {"confidence": 0.95, "interval": {"J2": [0.0, 1.0]}}
+    (folder / "odd.json").write_text(json.dumps(document), "utf-8")
+    with pytest.raises(InputError, match=r"interval.J2: .* is not the interval of"):
+        second(folder, "odd.json")
 
 
 def test_a_plan_knows_what_it_knew(folder: Path, tmp_path: Path) -> None:

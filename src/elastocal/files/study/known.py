@@ -16,10 +16,12 @@ from elastocal.files.plans.proposal_file import proposal_in, study_for
 from elastocal.files.tables.csv_table import is_table
 from elastocal.files.texts import file_hash, read_text
 from elastocal.planning.assessment import assess
+from elastocal.planning.evaluation import false_claims
 from elastocal.robot.chain import Robot
 from elastocal.robot.geometry_hash import geometry_hash
 from elastocal.study.known import Known
 from elastocal.study.study import Study
+from elastocal.wording import worded
 
 KnownOf = Callable[[Robot], Known | None]
 """What is known of the springs of a robot."""
@@ -46,8 +48,7 @@ def known_at(path: Path, robot: Robot, study_of: StudyOf, source: str = "") -> K
     sha256 = file_hash(path)
     if _is_plan(text):
         return Known(_promised(text, path, robot, study_of), True, source, sha256)
-    # Its compliances and their covariance count, and nothing it says besides.
-    model = read_model(path, robot, believed=False)
+    model = read_model(path, robot)
     return Known(model, False, source, sha256, readings_in(path))
 
 
@@ -80,6 +81,8 @@ def _promised(text: str, path: Path, robot: Robot, study_of: StudyOf) -> Complia
     proposal = proposal_in(document, path, study.robot)
     study = study_for(proposal, study)
     worth = assess(study, proposal.load_cases, proposal.repeats)
+    for doubt in false_claims(study, worth, proposal.claims):
+        raise PlanFileError(f"{path}: {worded(doubt)}, so it was changed after planning")
     if not worth.identifiable:
         raise PlanFileError(f"{path}: this plan does not identify its compliances")
     return ComplianceModel(

@@ -33,6 +33,12 @@ def with_prior(study: Study, entry: PriorFile, folder: Path) -> Study:
         proposal = read_proposal(folder / entry.plan, study)
     except ElastocalError as error:
         raise LocatedError(("plan",), f"prior plan: {error}") from None
+    if proposal.edited:
+        raise LocatedError(
+            ("plan",),
+            f"prior plan: {folder / entry.plan}: has other load cases than it was written with; "
+            "load cases that are changed by hand are a run sheet (CSV)",
+        )
     digest = file_hash(folder / entry.plan)
     carried_out = CarriedOut(proposal.load_cases, proposal.repeats, entry.plan, digest)
     return replace(study, prior=carried_out.information(study.space), carried_out=carried_out)
