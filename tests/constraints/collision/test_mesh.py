@@ -72,3 +72,11 @@ def test_what_is_wrong_is_said_in_our_words(
     assert said in sentence
     for word in ("axis", "index", "array", "Error", "numpy", "could not", "buffer"):
         assert word not in sentence.removeprefix(str(tmp_path))
+
+
+def test_a_mesh_that_was_saved_anew_is_read_anew(tmp_path: Path) -> None:
+    vertices = "0 0 0, 1 0 0, 0 1 0, 0 0 1"
+    faces = "123 124 134 234"
+    (before,) = hulls(mesh(tmp_path, vertices, faces))
+    (after,) = hulls(mesh(tmp_path, vertices.replace("1 0 0", "2.5 0 0"), faces))
+    np.testing.assert_allclose([np.ptp(before[:, 0]), np.ptp(after[:, 0])], [1.0, 2.5])

@@ -57,7 +57,7 @@ def hulls(shape: Shape) -> list[Array]:
             f"the mesh {shape.source or shape.name!r} of {shape.name!r} was not found; collision "
             f"needs it: {mend}"
         )
-    return list(_hulls(shape.mesh, tuple(float(factor) for factor in shape.size)))
+    return list(_hulls(shape.mesh, tuple(float(factor) for factor in shape.size), _now(shape.mesh)))
 
 
 def triangles(shape: Shape) -> tuple[Array, IntArray]:
@@ -72,8 +72,17 @@ def triangles(shape: Shape) -> tuple[Array, IntArray]:
     return np.asarray(vertices * shape.size), faces
 
 
+def _now(path: Path) -> tuple[int, ...]:
+    """What tells whether a file is still as it was when it was read; nothing if it is not there."""
+    try:
+        found = path.stat()
+    except (OSError, ValueError):
+        return ()
+    return (found.st_mtime_ns, found.st_size, found.st_ino)
+
+
 @lru_cache(maxsize=256)
-def _hulls(path: Path, scale: tuple[float, ...]) -> tuple[Array, ...]:
+def _hulls(path: Path, scale: tuple[float, ...], _: tuple[int, ...]) -> tuple[Array, ...]:
     vertices, faces = _read(path)
     vertices = vertices * np.array(scale)
     size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
