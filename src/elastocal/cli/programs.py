@@ -64,7 +64,12 @@ def _refuse_others(files: dict[Path, str], folder: Path) -> None:
         path = names.get(other.name.lower())
         if path is None or not other.is_file():
             continue
-        if other.name != path.name or _sources(read_text(other)) != _sources(files[path]):
+        if other.name != path.name:
+            raise InputError(
+                f"{path}: {other.name} is there, which is the same name to controllers and to "
+                "Windows; choose another name, or write it all the same with --force"
+            )
+        if _sources(read_text(other)) != _sources(files[path]):
             raise InputError(
                 f"{path}: {other.name} is a program that was made from something else; choose "
                 "another name, or write it all the same with --force"

@@ -211,6 +211,8 @@ BAD: dict[str, tuple[str, str, list[str]]] = {
         "A1 [deg]: J1", "A1 [deg]: {file: 2, column: 99}", ["line 5", "no column 99", "only 9"]),
     "no such file": (
         "A1 [deg]: J1", "A1 [deg]: {file: 9, column: 1}", ["line 5", "no file 9, only 3"]),
+    "column that means no": (
+        "A1 [deg]: J1", "A1 [deg]: No", ["line 5", "found false; yes, no, on and off"]),
     "column zero": ("A1 [deg]: J1", "A1 [deg]: 0", ["line 5", "columns"]),
     "not a column": (
         "A1 [deg]: J1", "A1 [deg]: [1]", ["line 5: columns.A1 [deg]: expected the name", "[1]"]),

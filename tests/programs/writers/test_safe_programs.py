@@ -165,7 +165,8 @@ def test_names_that_are_given_stay_or_are_refused() -> None:
         ("krl", "cell 3", "cell_3"), ("krl", "7axes", "P_7axes"), ("krl", "IR_STOPM", "IR_STOPM_1"),
         ("urscript", "set_tcp", "set_tcp_1"), ("urscript", "movej", "movej_1"),
         ("rapid", "tool0", "tool0_1"), ("rapid", "v500", "v500_1"), ("fanuc", "cell", "CELL"),
-        ("fanuc", "A" * 17, "A" * 16), ("csv", "plan-1", "plan_1"), ("ros", "é", "e"),
+        ("fanuc", "com1", "COM1_1"), ("fanuc", "A" * 17, "A" * 16),
+        ("csv", "plan-1", "plan_1"), ("ros", "é", "e"),
     ):  # fmt: skip
         words = f"not a program name for {controller}, '{would_be}' would be one"
         with pytest.raises(InputError, match=words):

@@ -20,7 +20,17 @@ from elastocal.files.tables.layout import Style
 from elastocal.files.tables.numbers import LARGEST
 from elastocal.files.tables.units import factor, split_header, unit_hint
 from elastocal.files.texts import is_version, read_text
-from elastocal.files.values import Count, DegreeVector, Either, Flag, Name, Number, Section, Vector
+from elastocal.files.values import (
+    Count,
+    DegreeVector,
+    Either,
+    Flag,
+    Name,
+    Number,
+    Section,
+    Vector,
+    as_written,
+)
 from elastocal.files.yaml_lines import Located, Path_, parse
 from elastocal.reading import is_character_set
 from elastocal.robot.chain import Robot
@@ -48,7 +58,9 @@ class FrameFile(Section):
 def _column(value: Any) -> Any:
     number = isinstance(value, int) and not isinstance(value, bool) and value >= 1
     if not (number or isinstance(value, str)):
-        raise ValueError(f"expected the name of a column or its number from 1, found {value!r}")
+        hint = "; yes, no, on and off are names in quotes" if isinstance(value, bool) else ""
+        found = as_written(value)
+        raise ValueError(f"expected the name of a column or its number from 1, found {found}{hint}")
     return value
 
 

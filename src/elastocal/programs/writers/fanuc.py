@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from elastocal.errors import InputError
 from elastocal.programs.robot_program import Ask, Measure, Move, RobotProgram, Settle, Step
 from elastocal.programs.writers.axes import Axes, axes, readings
-from elastocal.programs.writers.names import identifier, program_name, words
+from elastocal.programs.writers.names import DEVICES, identifier, program_name, words
 from elastocal.programs.writers.pages import page_names, paged, room
 from elastocal.programs.writers.settings import Settings, output_number
 from elastocal.programs.writers.wording import header, wrapped
@@ -110,7 +110,7 @@ def _upper(settings: Settings) -> Settings:
     """
     name = settings.name
     if name != name.upper():
-        upper = identifier(name, LONGEST_NAME, RESERVED).upper()
+        upper = identifier(name, LONGEST_NAME, {*RESERVED, *DEVICES}).upper()
         raise InputError(f"{name}: not a program name for fanuc, {upper!r} would be one")
     return settings
 
