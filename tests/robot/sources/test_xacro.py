@@ -169,3 +169,17 @@ def test_a_comment_names_no_package(tmp_path: Path) -> None:
     (tmp_path / "robot" / "parts.xacro").write_text(MACRO)
     path.write_text(path.read_text().replace("</robot>", "<!-- $(find nowhere) --></robot>"))
     assert from_urdf(path).joint_names == ("J1", "J2")
+
+
+def test_xacro_in_an_argument_is_told_as_that(tmp_path: Path) -> None:
+    path = tmp_path / "arm.xacro"
+    path.write_text(
+        HEAD.format("arm")
+        + '<xacro:arg name="x" default="0"/><link name="a"/><link name="b"/>'
+        + '<joint name="j" type="revolute"><parent link="a"/><child link="b"/>'
+        + '<origin xyz="$(arg x) 0 0"/><axis xyz="0 0 1"/>'
+        + '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>'
+    )
+    assert from_urdf(path, arguments={"x": "0.5"}).joints[0].T_parent_joint[0, 3] == 0.5
+    with pytest.raises(InputError, match=r"this is xacro, expanded in files .* not in arguments"):
+        from_urdf(path, arguments={"x": "${0.5}"})

@@ -316,7 +316,7 @@ def _numbers(node: Node, key: str, count: int) -> Array:
 def _hint(written: str) -> str:
     """What may be meant by a text that is no number."""
     if "${" in written or "$(" in written:
-        return "; this is xacro: give the file a name that ends in .xacro, or expand it"
+        return "; this is xacro, expanded in files that end in .xacro but not in arguments"
     return "; write the decimal point as '.'" if "," in written else ""
 
 
