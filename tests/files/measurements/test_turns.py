@@ -126,6 +126,12 @@ def test_degrees_under_radians_are_still_noticed(tmp_path: Path) -> None:
     assert "degrees-for-radians" in [doubt.code for doubt in found.doubts]
 
 
+def test_readings_about_a_full_turn_in_radians_are_no_degrees(tmp_path: Path) -> None:
+    found = read(tmp_path, "0,0,0,6.28313", "0,0,0,0.0001", head=HEAD.replace("[deg]", "[rad]"))
+    assert "degrees-for-radians" not in [doubt.code for doubt in found.doubts]
+    assert np.degrees(found.cases.q[0, 3]) == pytest.approx(360.0, abs=2e-3)
+
+
 def test_values_of_the_controller_wrap_too(tmp_path: Path) -> None:
     study = STUDY + "controller: {signs: {J1: -1}, offsets_deg: {J2: 90}}\n"
     rows = ["1,M1,0,359.996,460,20," + TAIL, "1,M2,0,-0.002,99.998,20," + TAIL]

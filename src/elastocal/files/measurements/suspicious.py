@@ -68,6 +68,9 @@ def _looks_like(name: str, unit: str | None) -> str | None:
     return next((w for kind, w in kinds.items() if unit and factor(unit, kind) is not None), None)
 
 
+_FULL_TURN = 2.0 * np.pi + 0.01  # rad; means of readings about it are a little beyond
+
+
 def _units(q: Array, study: Study, units: dict[str, str]) -> Iterator[Doubt]:
     robot = study.robot
     turning = [j for j, joint in enumerate(robot.joints) if not joint.prismatic]
@@ -76,7 +79,7 @@ def _units(q: Array, study: Study, units: dict[str, str]) -> Iterator[Doubt]:
         if not own:
             continue
         largest = float(np.abs(q[:, own]).max())
-        if unit == "rad" and largest > 2.0 * np.pi:
+        if unit == "rad" and largest > _FULL_TURN:
             yield Doubt("degrees-for-radians", numbers={"largest": largest})
         if unit == "deg" and 0.0 < np.degrees(largest) < 2.0 * np.pi:
             yield Doubt("radians-for-degrees", numbers={"largest": largest})
