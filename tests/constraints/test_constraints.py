@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -24,7 +25,7 @@ from elastocal.constraints import (
     MinRadius,
     Tilt,
 )
-from elastocal.constraints.cell import CollisionRules, clearances
+from elastocal.constraints.cell import CollisionRules, clearances, default_clearances
 from elastocal.robot.chain import Robot, transform
 from elastocal.robot.posture import Posture, forward_kinematics
 from elastocal.robot.shapes import Shape
@@ -61,6 +62,24 @@ def cell() -> tuple[Clearance, ...]:
 
 
 CONSTRAINTS |= {constraint.name: constraint for constraint in cell()}
+
+
+def shells() -> dict[str, Constraint]:
+    """What stands in for the shapes of a robot: faces near them, within capsules and a box."""
+    robot = kuka_kr270()
+    sizes = {0: [1.0, 0.8, 0.4], 1: [0.7, 0.6, 0.9], 2: [1.5, 0.4, 0.3], 3: [0.5, 0.8, 0.4]}
+    shapes = [
+        Shape("box", np.array(size), transform(None, (0.1, 0.0, 0.2)), body, f"link {body}")
+        for body, size in sizes.items()
+    ]
+    post = Shape("cylinder", np.array([0.2, 1.1]), transform(None, (0.0, 0.1, 0.3)), 4, "link 4")
+    shaped = replace(robot, collisions=(*shapes, post))
+    found = default_clearances(shaped, robot.tools["calibration"])
+    assert all(clearance.pairs.faced.any() for clearance in found)
+    return {f"{clearance.name}, shells": clearance for clearance in found}
+
+
+CONSTRAINTS |= shells()
 
 TRACKER = np.array([3.2, -0.8, 1.3])
 

@@ -79,8 +79,9 @@ def default_clearances(
 ) -> tuple[Clearance, ...]:
     """What study files watch if they say nothing, for the constraints of a `Study`.
 
-    The robot keeps 20 mm from itself: capsules around its shapes, or along its chain. Where its
-    first axis stands upright, links and tool keep as much from a floor at z = 0 of the base frame.
+    The robot keeps 20 mm from itself: convex solids of few faces around its shapes, or capsules
+    along its chain. Where its first axis stands upright, links and tool keep as much from a floor
+    at z = 0 of the base frame.
     Nothing is refused, and no package is needed.
 
     Args:

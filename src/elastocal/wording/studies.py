@@ -160,8 +160,8 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         "robot its shapes"
     ),
     "shapes-as-capsules": lambda doubt: (
-        "the shapes of the robot are watched as capsules around them; constraints: {collision: {}} "
-        "watches the shapes themselves"
+        "the shapes of the robot are watched as convex solids of few faces around them; "
+        "constraints: {collision: {}} watches the shapes themselves"
     ),
     "chain-as-capsules": _chain_as_capsules,
     "not-watched": lambda doubt: f"{_NOT_WATCHED[doubt.because[0]]}: {', '.join(doubt.about)}",

@@ -13,7 +13,7 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.constraints.collision.mesh import MeshSizeError
-from elastocal.constraints.collision.solid import Solid, around, capsule, solids_of
+from elastocal.constraints.collision.solid import Solid, around, capsule, enclosed, solids_of
 from elastocal.errors import Doubt, InputError
 from elastocal.robot.chain import Robot, Tool
 from elastocal.robot.reach import reach_of
@@ -54,7 +54,7 @@ def robot_solids(robot: Robot, radius: Radii = None, *, as_capsules: bool = Fals
 def solids_at_hand(
     robot: Robot, radius: Radii = None
 ) -> tuple[list[Solid], list[Solid], tuple[str, ...], tuple[Doubt, ...]]:
-    """Capsules, at the base boxes, around the robot's shapes; along the chain where there are none.
+    """Capsules, at the base boxes, with faces near the robot's shapes; else along the chain.
 
     Nothing is refused and no package is needed: what cannot be read is left to the chain, and so
     is a link that has no shape at all between its joints, for it is there all the same.
@@ -73,7 +73,7 @@ def solids_at_hand(
     reach = reach_of(robot)
     for shape in robot.collisions:
         try:
-            found += map(around, _solids(robot, shape, reach))
+            found += map(enclosed, _solids(robot, shape, reach))
         except InputError as error:
             lost[_shape_name(robot, shape)] = shape.body
             odd += [doubt for doubt in error.doubts if doubt.code == "odd-size"]

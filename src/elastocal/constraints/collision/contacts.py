@@ -2,8 +2,9 @@
 
 In: the solids of robot and tool, obstacles, names to leave out. Out: `Pairs`, and what is left out.
 As in an allowed collision matrix: neighbours are left out, and so are pairs that touch in nearly
-all of many random configurations. Of those the outer part is watched, if it is a capsule: whether
-it folds back. All that is left out is said.
+all of many random configurations; capsules and boxes say that, without their faces: rods and
+wrists are made to be near. Of those the outer part is watched, if it is a capsule: whether it folds
+back. All that is left out is said.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.constraints.collision.distance import Pairs, nearest
-from elastocal.constraints.collision.solid import Solid, beyond
+from elastocal.constraints.collision.solid import Solid, beyond, without_faces
 from elastocal.robot.chain import Robot
 from elastocal.robot.posture import Posture
 from elastocal.robot.reach import first_turning, random_posture
@@ -73,13 +74,14 @@ def self_pairs(
             groups.setdefault(names, []).append((i, j))
     posture = random_posture(robot, limits)
     everything, kept = list(solids), []
+    plain = [without_faces(solid) for solid in solids]
     for names, group in groups.items():
-        why = _always(posture, solids, group, margin)
+        why = _always(posture, plain, group, margin)
         if not why:
             kept += group
             continue
         left[names] = why
-        for piece, other in _outer(posture, solids, group, margin):
+        for piece, other in _outer(posture, plain, group, margin):
             kept.append((len(everything), other))
             everything.append(piece)
     # Of two bodies of several solids each, some pairs may be watched and some left out.

@@ -1,12 +1,13 @@
 """Which of many pairs of solids is nearest, for a batch of postures.
 
 Three sieves, each for all postures at once but the last: balls around the solids, capsules and
-boxes around them, and, where those are not the solids themselves, coal pair by pair. From a plane
-all have closed forms. What is farther than the horizon is not measured.
+boxes around them, and, where those are not all that is known of the solids, their faces, or coal
+pair by pair. From a plane all have closed forms. What is farther than the horizon is not measured.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
@@ -21,6 +22,7 @@ from elastocal.constraints.collision.segments import (
     segment_and_box,
     segment_and_plane,
 )
+from elastocal.constraints.collision.shell import Stack, parted, stacked
 from elastocal.constraints.collision.solid import Solid
 from elastocal.constraints.collision.support import largest, lowest
 from elastocal.robot.posture import Posture
@@ -78,8 +80,20 @@ class Pairs:
 
     @cached_property
     def exact(self) -> BoolArray:
-        """(S,) whether capsule or box is the solid itself."""
+        """(S,) whether capsule or box is the solid itself, or all of it but faces."""
         return frozen([solid.exact for solid in self.solids], np.bool_)
+
+    @cached_property
+    def faced(self) -> BoolArray:
+        """(P,) whether there are faces that may show more distance than capsules and boxes do."""
+        faces = [len(solid.faces) > 0 for solid in self.solids]
+        found = [(faces[i] or faces[j]) and bool(self.exact[[i, j]].all()) for i, j in self.index]
+        return frozen(found, np.bool_)
+
+    @cached_property
+    def shells(self) -> Stack:
+        """Faces and corners of the S solids."""
+        return stacked([solid.shell for solid in self.solids])
 
     @cached_property
     def groups(self) -> list[tuple[IntArray, Solid | None]]:
@@ -233,13 +247,19 @@ class _Entries:
             else:
                 pose = box.box_pose
                 found = segment_and_box(a, b, pose[:3, :3], pose[:3, 3], box.half)
-            self.exact[here] = p.exact[i] & p.exact[j]
+            self.exact[here] = p.exact[i] & p.exact[j] & ~p.faced[pair]
             self.distance[here] = found.distance - p.radius[i] - outer
             self.first[:, here] = found.first - p.radius[i] * found.normal
             self.second[:, here] = found.second + outer * found.normal
             self.normal[:, here] = found.normal
             if box is not None and box.kind == "plane" and not self.exact[here].all():
                 self._settle(box, np.flatnonzero(np.isin(self.pair, chosen) & ~self.exact))
+
+    def say(self, k: IntArray, distance: Array, points: Sequence[Array]) -> None:
+        """New distances of entries, with both points and the direction."""
+        self.value[k] = distance + self.value[k] - self.distance[k]  # less the slack
+        self.distance[k] = distance
+        self.first[:, k], self.second[:, k], self.normal[:, k] = points
 
     def _settle(self, plane: Solid, k: IntArray) -> None:
         """From a plane every solid has a closed form: its lowest point is the nearest."""
@@ -249,34 +269,58 @@ class _Entries:
             normal = self.normal[:, here]
             point = lowest(self.posture, self.pairs.solids[solid], self.case[here], normal)
             distance = ((point - plane.pose[:3, 3:]) * normal).sum(axis=0)
+            if self.pairs.exact[solid]:  # what stands in for a shape is inside its capsule, too
+                higher = distance > self.distance[here]
+                here, point, normal = here[higher], point[:, higher], normal[:, higher]
+                distance = distance[higher]
             self.distance[here], self.first[:, here] = distance, point
             self.second[:, here] = point - distance * normal
         self.exact[k] = True
 
 
 def _measure(found: _Entries, pairs: Pairs, posture: Posture, value: Array) -> None:
-    """Measure with coal what may still be the nearest of its posture; bounds rise, never fall."""
+    """Measure what may still be the nearest of its posture; bounds rise, never fall."""
     best = value.min(axis=0)
     open_ = np.flatnonzero(~found.exact & (found.value < best[found.case]))
-    _sharpen(found, open_, pairs, posture)
-    places = Placements(posture)
+    by_coal = open_[~pairs.faced[found.pair[open_]]]
+    _sharpen(found, by_coal, pairs, posture)
+    places = Placements(posture) if len(by_coal) else None
     # First the most promising pair of every posture, then what that leaves open.
     open_ = open_[np.argsort(found.value[open_], kind="stable")]
     _, front = np.unique(found.case[open_], return_index=True)
     for k in (open_[front], np.delete(open_, front)):
         k = k[found.value[k] < best[found.case[k]]]
+        faced = pairs.faced[found.pair[k]]
+        _by_faces(found, k[faced], pairs, posture, best)
+        _note(found, k[faced], value, best)
+        k = k[~faced]
         for pair in np.unique(found.pair[k]).tolist():
             here = k[found.pair[k] == pair]
             here = here[found.value[here] < best[found.case[here]]]
-            if not len(here):
-                continue
-            case = found.case[here]
-            distance, *points = pairs.coal(pair)(places, case)
-            exact = distance + found.value[here] - found.distance[here]  # less the slack
-            found.distance[here], found.value[here] = distance, exact
-            found.first[:, here], found.second[:, here], found.normal[:, here] = points
-            value[pair, case] = np.minimum(value[pair, case], exact)
-            best[case] = np.minimum(best[case], exact)
+            if len(here):
+                assert places is not None
+                distance, *points = pairs.coal(pair)(places, found.case[here])
+                found.say(here, distance, points)
+                _note(found, here, value, best)
+
+
+def _note(found: _Entries, k: IntArray, value: Array, best: Array) -> None:
+    """Values of entries that are measured now, in the table of pairs and as the least."""
+    pair, case = found.pair[k], found.case[k]
+    value[pair, case] = np.minimum(value[pair, case], found.value[k])
+    np.minimum.at(best, case, found.value[k])
+
+
+def _by_faces(found: _Entries, k: IntArray, pairs: Pairs, posture: Posture, best: Array) -> None:
+    """Measure what stands in for shapes: faces may show more distance than capsules and boxes."""
+    if not len(k):
+        return
+    pair, known = found.pair[k], found.distance[k]
+    which = pairs.first[pair], pairs.second[pair]
+    enough = best[found.case[k]] + known - found.value[k]  # then another pair is nearer
+    distance, *points = parted(posture, pairs.shells, *which, found.case[k], known, enough)
+    new = distance > known
+    found.say(k[new], distance[new], [point[:, new] for point in points])
 
 
 def _sharpen(found: _Entries, open_: IntArray, pairs: Pairs, posture: Posture) -> None:

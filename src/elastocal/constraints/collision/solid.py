@@ -2,6 +2,7 @@
 
 In: a `Shape`. Out: `Solid`. Where the segment or the box is the shape itself, distances have
 closed forms; elsewhere it bounds the shape from outside, and tells cheaply which pairs are near.
+What stands in for a shape has faces near its surface, too.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import numpy as np
 
 from elastocal.arrays import Array, freeze, unset
 from elastocal.constraints.collision.mesh import convex_hull, hulls
+from elastocal.constraints.collision.shell import Shell, box_shell, enclosing
 from elastocal.robot.rotations import frame_about
 from elastocal.robot.shapes import Shape
 
@@ -36,6 +38,9 @@ class Solid:
         box_pose: (4, 4) T_base_box [m].
         exact: Whether the segment with its radius, or the box, is the solid itself.
         vertices: (V, 3) corners of a hull in its own frame [m].
+        faces: (F, 4) normals n and h [m]: the solid is where n·x <= h, too, in the frame of its
+            body; F may be 0.
+        corners: (C, 3) corners of the polytope that those faces bound [m].
         covered: Whether another solid of the robot covers it, so that obstacles need not see it.
         joint: Joint that moves it, by which it can be named too; "base"; empty for tool and cell.
     """
@@ -52,11 +57,23 @@ class Solid:
     half: Array = field(default_factory=unset)
     box_pose: Array = field(default_factory=lambda: np.eye(4))
     vertices: Array = field(default_factory=unset)
+    faces: Array = field(default_factory=unset)
+    corners: Array = field(default_factory=unset)
     joint: str = ""
     covered: bool = False
 
     def __post_init__(self) -> None:
         freeze(self, "size", "pose", "segment", "half", "box_pose", "vertices")
+        freeze(self, "faces", "corners")
+
+    @property
+    def shell(self) -> Shell:
+        """Its faces and corners; of a capsule without any its ends, with their radius."""
+        if len(self.faces):
+            return Shell(self.body, self.faces, self.corners, 0.0)
+        if self.boxed:
+            return box_shell(self.body, self.box_pose, self.half)
+        return Shell(self.body, np.zeros((0, 4)), self.segment, self.radius)
 
     @property
     def reach(self) -> float:
@@ -99,6 +116,30 @@ def around(solid: Solid) -> Solid:
         exact=True,
         vertices=unset(),
     )
+
+
+def enclosed(solid: Solid) -> Solid:
+    """What `around` puts around a solid, with few faces that are near its surface."""
+    points = solid.vertices
+    if solid.kind == "cylinder":
+        points = _rims(*solid.size)
+    elif solid.kind == "box":
+        points = box_shell(0, np.eye(4), solid.size / 2.0).corners
+    plain = around(solid)
+    if not len(points) or (solid.kind == "box" and solid.boxed):
+        return plain
+    faces, corners = enclosing(points)
+    turn, shift = solid.pose[:3, :3], solid.pose[:3, 3]
+    normals = faces[:, :3] @ turn.T
+    heights = faces[:, 3] + normals @ shift
+    return replace(
+        plain, faces=np.column_stack([normals, heights]), corners=corners @ turn.T + shift
+    )
+
+
+def without_faces(solid: Solid) -> Solid:
+    """A solid as its capsule or box alone."""
+    return replace(solid, faces=unset(), corners=unset()) if len(solid.faces) else solid
 
 
 def _rims(radius: float, length: float) -> Array:

@@ -34,9 +34,11 @@ def largest(posture: Posture, solid: Solid, case: IntArray, direction: Array) ->
 def lowest(posture: Posture, solid: Solid, case: IntArray, direction: Array) -> Array:
     """(3, K) point of a solid that is farthest against a direction, as `largest` takes them [m]."""
     frame = posture.bodies[solid.body][:, :, case]
-    turn = solid.pose[:3, :3]
-    corner = turn @ _corner(solid, turn.T @ -(frame[:3] * direction).sum(axis=1))
-    corner += solid.pose[:3, 3:]
+    turn, local = solid.pose[:3, :3], (frame[:3] * direction).sum(axis=1)
+    if len(solid.faces):
+        corner = solid.corners[(solid.corners @ local).argmin(axis=0)].T
+    else:
+        corner = turn @ _corner(solid, turn.T @ -local) + solid.pose[:3, 3:]
     return np.asarray((frame[:3] * corner[:, None]).sum(axis=0) + frame[3])
 
 
