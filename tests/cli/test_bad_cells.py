@@ -194,7 +194,8 @@ def test_metres_under_a_key_in_millimetres_are_remarked(
     study = folder / "study.yaml"
     study.write_text(CELL.replace(old, new), encoding="utf-8")
     study = read_study(study)
-    aside = ("no-task", "taken-as-rigid", "rigid-at-test-pose")
+    # With links as thin as needles the forearm cannot pass the elbow, nor touch it at all times.
+    aside = ("no-task", "taken-as-rigid", "rigid-at-test-pose", "out-of-reach")
     doubts = [found for found in checkup(study).doubts if found.code not in aside]
     assert doubts == [doubt]
 
