@@ -60,7 +60,7 @@ def test_the_table_of_the_guide(name: str) -> None:
     assert 1e6 * at_path == pytest.approx(along, abs=6e-4)
     assert 1e6 * point.rho0 == pytest.approx(worst, abs=6e-4)
     assert 1e6 * at_pose == pytest.approx(pose, abs=6e-4)
-    assert worth.rho0 == at_path
+    assert worth.rho0 == pytest.approx(at_path, rel=1e-12)
     assert all(doubt.numbers["by"] < 1e-4 for doubt in worth.violations)  # rounded angles
 
 
