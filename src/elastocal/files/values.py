@@ -53,7 +53,10 @@ def _positive(value: Any) -> float:
 
 
 def _non_negative(value: Any) -> float:
-    number = _number(value)
+    return _from_zero(_number(value))
+
+
+def _from_zero(number: float) -> float:
     if number < 0.0:
         raise ValueError(f"expected 0 or a positive number, found {number:g}")
     return number
@@ -67,10 +70,7 @@ def _count(value: Any) -> int:
 
 
 def _at_least_zero(value: Any) -> float:
-    number = _finite(value)
-    if number < 0.0:
-        raise ValueError(f"expected 0 or a positive number, found {number:g}")
-    return number
+    return _from_zero(_finite(value))
 
 
 def _share(value: Any) -> float:
