@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.arrays import Array, BoolArray, IntArray, frozen
-from elastocal.constraints import Clearance
+from elastocal.constraints import Clearance, margins_at
 from elastocal.constraints.collision.distance import Pairs, nearest
 from elastocal.errors import Code, Doubt
 from elastocal.motion.space import MotionSpace
@@ -132,6 +132,12 @@ def relative_speed(robot: Robot, pairs: Pairs, starts: Array, goals: Array) -> A
                 arm = arm + travel[body - 1] + lengths[body - 1]
                 body = int(robot.carriers[body])
     return speed
+
+
+def passing_free(space: MotionSpace, posture: Posture) -> BoolArray:
+    """(N,) which postures keep of every clearance what is to be kept while moving."""
+    clearances = [clearance.on_the_way for clearance in space.clearances]
+    return np.asarray((margins_at(clearances, posture) > 0.0).all(axis=0))
 
 
 def motions_free(space: MotionSpace, starts: Array, goals: Array) -> BoolArray:

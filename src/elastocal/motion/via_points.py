@@ -19,6 +19,7 @@ from elastocal.motion.margins import (
     motion_margins,
     motion_violations,
     motions_free,
+    passing_free,
 )
 from elastocal.motion.space import MotionSpace
 from elastocal.robot.joint_kinds import KINDS
@@ -136,8 +137,7 @@ def way_around(
 def _free(space: MotionSpace, q: Array) -> BoolArray:
     """(N,) which configurations keep what is to be kept while moving."""
     posture = Posture(space.robot, q)
-    room = margins_at([c.on_the_way for c in space.clearances], posture)
-    return np.asarray((room > 0.0).all(axis=0) & _holding(space, posture))
+    return np.asarray(passing_free(space, posture) & _holding(space, posture))
 
 
 def _holding(space: MotionSpace, posture: Posture) -> BoolArray:

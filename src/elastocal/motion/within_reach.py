@@ -11,10 +11,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from elastocal.arrays import Array, BoolArray
-from elastocal.constraints import margins_at
+from elastocal.arrays import Array
 from elastocal.errors import Doubt
-from elastocal.motion.margins import motions_free
+from elastocal.motion.margins import motions_free, passing_free
 from elastocal.motion.space import MotionSpace
 from elastocal.robot.posture import Posture
 
@@ -42,7 +41,7 @@ def reachable_limits(space: MotionSpace) -> Array:
     drawn = (_draw(space, rng) for _ in range(_DRAWN // _CHUNK))
     free = home[None]
     while len(free) <= _FREE and (more := next(drawn, None)) is not None:
-        free = np.vstack([free, more[_free(space, more)]])
+        free = np.vstack([free, more[passing_free(space, Posture(space.robot, more))]])
     for j in np.flatnonzero(limits[0] < limits[1]).tolist():
         for side in (1, 0):
             for near, far in _gaps(free[:, j], home[j], limits[:, j], upwards=side == 1):
@@ -74,12 +73,6 @@ def _draw(space: MotionSpace, rng: np.random.Generator) -> Array:
     return rng.uniform(lower, upper, (_CHUNK, len(lower)))
 
 
-def _free(space: MotionSpace, q: Array) -> BoolArray:
-    """(N,) which configurations touch nothing."""
-    clearances = [clearance.on_the_way for clearance in space.clearances]
-    return np.asarray((margins_at(clearances, Posture(space.robot, q)) > 0.0).all(axis=0))
-
-
 def _gaps(
     values: Array, home: float, limits: Array, *, upwards: bool
 ) -> Iterator[tuple[float, float]]:
@@ -100,7 +93,7 @@ def _closed(
         for _ in range(_SURE // _CHUNK):
             q = _draw(space, rng)
             q[:, j] = value
-            if _free(space, q).any():
+            if passing_free(space, Posture(space.robot, q)).any():
                 break
         else:
             return value
