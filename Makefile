@@ -5,12 +5,17 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 # Tests that share what is made for their file stay together until a worker runs dry.
 PARALLEL := --numprocesses=auto --dist=worksteal
+# The core is compiled by a rule of its own, so not here.
+EDITABLE = ELASTOCAL_CORE=numpy $(PIP) install --no-deps --no-build-isolation -e .
+SANITIZED := build/sanitized
+STRICT := -g -O1 -fsanitize=address,undefined -fno-sanitize-recover=all
+STRICT += -Wall -Wextra -Wshadow -Wconversion -Wvla -Wstrict-prototypes -Werror
 
 # One thread: the matrices are small, and several threads only get in each other's way.
 export OPENBLAS_NUM_THREADS ?= 1
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: demo test test-full check coverage pythons bench mutate docs build lock clean
+.PHONY: demo test test-full check coverage pythons bench mutate docs core sanitize build lock clean
 
 demo: $(VENV)/.run                 ## plan the KUKA KR 270 campaign and write a report
 	$(BIN)/elastocal demo demo
@@ -36,10 +41,11 @@ pythons:                           ## all tests on every interpreter found
 	    echo "Python $$version: not found, not tested"; \
 	done
 
-check: $(VENV)/.dev                ## format, lint, types
-	$(BIN)/ruff format --check src tests benchmarks examples
-	$(BIN)/ruff check src tests benchmarks examples
+check: $(VENV)/.dev                ## format, lint, types, warnings of the C compiler if there is one
+	$(BIN)/ruff format --check src tests benchmarks examples hatch_build.py
+	$(BIN)/ruff check src tests benchmarks examples hatch_build.py
 	$(BIN)/mypy
+	CFLAGS="-Wall -Wextra -Werror" $(BIN)/python hatch_build.py build/checked || test $$? = 2
 
 bench: $(VENV)/.dev                ## timings against other ways to do it
 	$(BIN)/python benchmarks/kr270_plan.py
@@ -49,6 +55,19 @@ mutate: $(VENV)/.dev               ## small faults in the core: would the tests 
 
 docs: $(VENV)/.dev                 ## the examples in the documentation, run
 	$(BIN)/python -m pytest tests/test_docs.py
+
+core: | $(VENV)/bin/python         ## compile the C code; the other targets do when it has changed
+	$(BIN)/python hatch_build.py
+
+sanitize: $(VENV)/.dev             ## tests of the core, where C code that reads astray is an error
+	rm -rf $(SANITIZED) && mkdir -p $(SANITIZED) && cp -r src/elastocal $(SANITIZED)
+	CFLAGS="$(STRICT)" $(BIN)/python hatch_build.py $(SANITIZED)/elastocal/core
+	watched="env LD_PRELOAD=$$($${CC:-cc} -print-file-name=libasan.so) ASAN_OPTIONS=detect_leaks=0 \
+	    PYTHONPATH=$(SANITIZED) $(BIN)/python"; \
+	levels=$$($$watched -c "from elastocal.core.library import levels; print(*levels())"); \
+	for level in $${levels:?no library}; do \
+	    ELASTOCAL_CORE=$$level $$watched -m pytest tests/core || exit 1; \
+	done
 
 build: $(VENV)/.dev                ## wheel
 	$(BIN)/python -m pip wheel --no-deps --no-build-isolation --wheel-dir dist .
@@ -61,16 +80,22 @@ lock: pyproject.toml               ## renew the lock files (needs uv)
 
 clean:
 	rm -rf .venv .venv-* dist build demo htmlcov .coverage .mypy_cache .ruff_cache .pytest_cache
+	rm -f src/elastocal/core/libcore.*
 
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)
 
-$(VENV)/.run: requirements.lock pyproject.toml | $(VENV)/bin/python
+# Without a compiler NumPy does the work: that is said, and looked at again next time.
+build/.core: hatch_build.py $(wildcard src/elastocal/core/source/*) | $(VENV)/bin/python
+	@mkdir -p build
+	$(BIN)/python hatch_build.py && touch $@ || true
+
+$(VENV)/.run: requirements.lock pyproject.toml | $(VENV)/bin/python build/.core
 	$(PIP) install --require-hashes -r requirements.lock
-	$(PIP) install --no-deps --no-build-isolation -e .
+	$(EDITABLE)
 	touch $@
 
-$(VENV)/.dev: requirements-dev.lock pyproject.toml | $(VENV)/bin/python
+$(VENV)/.dev: requirements-dev.lock pyproject.toml | $(VENV)/bin/python build/.core
 	$(PIP) install --require-hashes -r requirements-dev.lock
-	$(PIP) install --no-deps --no-build-isolation -e .
+	$(EDITABLE)
 	touch $@ $(VENV)/.run

@@ -21,6 +21,7 @@ LONGEST = 400
 GROUND = ("arrays", "cores", "errors", "matrices", "names", "reading", "writing")
 # Rooms in import order, with the rooms above that each may import besides the ground floor.
 MAY_IMPORT = {
+    "core": "none",
     "wording": "none",
     "robot": "wording",
     "elastic": "robot",

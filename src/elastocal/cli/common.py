@@ -68,7 +68,9 @@ Known = Annotated[
 
 def _version(wanted: bool) -> None:
     if wanted:
-        print(f"elastocal {__version__}")
+        from elastocal.core.library import described
+
+        print(f"elastocal {__version__}, {described()}")
         raise typer.Exit
 
 

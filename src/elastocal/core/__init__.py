@@ -1,0 +1,1 @@
+"""The compiled kernels: found and loaded, or NumPy does the work."""

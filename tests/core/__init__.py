@@ -1,0 +1,1 @@
+"""The compiled core: the same numbers as NumPy, on every level."""
