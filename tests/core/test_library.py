@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,28 +13,10 @@ from typer.testing import CliRunner
 from elastocal.cli import app
 from elastocal.core import library as core
 from elastocal.errors import InputError
+from tests.compiling import BUILDER, build, needs_compiler
 from tests.test_examples import ROOT
 
-BUILDER = ROOT / "hatch_build.py"
 SOURCE = ROOT / "src" / "elastocal" / "core" / "source"
-HAS_COMPILER = any(map(shutil.which, (os.environ.get("CC") or "cc", "cc", "gcc", "clang")))
-needs_compiler = pytest.mark.skipif(not HAS_COMPILER, reason="there is no C compiler")
-
-
-def plain_environment(**more: str) -> dict[str, str]:
-    """Without wishes of the caller, and without sanitizers, which programs trip over."""
-    ours = ("ELASTOCAL_CORE", "LD_PRELOAD", "CFLAGS")
-    return {name: value for name, value in os.environ.items() if name not in ours} | more
-
-
-def build(folder: Path, builder: Path = BUILDER, **more: str) -> subprocess.CompletedProcess[str]:
-    """Compile the core into a folder."""
-    return subprocess.run(
-        [sys.executable, str(builder), str(folder)],
-        env=plain_environment(**more),
-        capture_output=True,
-        text=True,
-    )
 
 
 def forget() -> None:
@@ -62,6 +42,17 @@ def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None
     forget()
     yield
     forget()
+
+
+@needs_compiler
+@pytest.mark.skipif(os.environ.get(core.SWITCH) == "numpy", reason="it is switched off")
+def test_this_checkout_has_its_library() -> None:
+    """Else what is tested is not what is written; `make` sees to it."""
+    folder = Path(core.__file__).parent
+    built = [path.stat().st_mtime for path in folder.glob("libcore.*")]
+    newest = max(path.stat().st_mtime for path in (folder / "source").iterdir())
+    assert built, "not compiled: python hatch_build.py"
+    assert min(built) >= newest, "older than its sources: python hatch_build.py"
 
 
 def said() -> str:
@@ -172,7 +163,7 @@ def test_a_machine_without_the_instructions_says_so(
     assert '__builtin_cpu_supports("avx2")' in machine
     (source / "machine.c").write_text(machine.replace('__builtin_cpu_supports("avx2")', "0"))
     shutil.copy(BUILDER, tmp_path)
-    assert build(tmp_path, tmp_path / BUILDER.name).returncode == 0
+    assert build(tmp_path, builder=tmp_path / BUILDER.name).returncode == 0
     used = core.library()
     assert used is not None
     assert used.level == "baseline"
