@@ -33,6 +33,8 @@ class TwoRooms:
         slopes = np.where((room > inside)[:, None], [-1.0, 0.0], slopes)
         return np.maximum(room, inside)[:, None], slopes
 
+    core = None
+
     def parts(self, count: int) -> int:
         return 1
 

@@ -18,6 +18,7 @@ _POINTS = 2000  # random points of the box, restored
 _NEIGHBOURS = 6  # nearest points that a point is joined to, one after the other, until it is
 _STEPS = 8  # points that must be feasible between two that are joined
 _MOST = 200  # points that are taken
+_TOGETHER = 500  # points whose distances from all others are in memory at once
 
 
 def narrow_parts(space: DesignSpace, rng: np.random.Generator) -> Array:
@@ -43,24 +44,47 @@ def narrow_parts(space: DesignSpace, rng: np.random.Generator) -> Array:
 
 def _joined(space: DesignSpace, x: Array) -> IntArray:
     """(N,) which part the feasible points (N, d) belong to; straight lines join a part."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-    from scipy.spatial import cKDTree
-
     part: IntArray = np.arange(len(x))
     if len(x) < 2:
         return part
     width = np.where(space.upper > space.lower, space.upper - space.lower, 1.0)
-    found = cKDTree(x / width).query(x / width, k=min(_NEIGHBOURS + 1, len(x)))
-    near = np.asarray(found[1])
     lines = np.zeros((2, 0), dtype=np.int64)
-    for ends in near[:, 1:].T:
+    for ends in _nearest(x / width, min(_NEIGHBOURS, len(x) - 1)).T:
         lonely = np.flatnonzero((part != np.bincount(part).argmax()) & (part != part[ends]))
         joined = lonely[_lines_are_feasible(space, x[lonely], x[ends[lonely]])]
         lines = np.hstack([lines, [joined, ends[joined]]])
-        graph = coo_matrix((np.ones(lines.shape[1]), tuple(lines)), shape=(len(x), len(x)))
-        part = np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
+        part = _parts(len(x), *lines)
     return part
+
+
+def _nearest(x: Array, count: int) -> IntArray:
+    """(N, count) the nearest other points of each of (N, d), nearest first.
+
+    All distances at once: to import a tree of points takes longer than these few of them.
+    """
+    found = np.empty((len(x), count), dtype=np.int64)
+    square = (x**2).sum(axis=1)
+    for start in range(0, len(x), _TOGETHER):
+        rows = np.arange(start, min(start + _TOGETHER, len(x)))
+        distance = square - 2.0 * (x[rows] @ x.T)
+        distance[np.arange(len(rows)), rows] = np.inf
+        near = np.argpartition(distance, count - 1, axis=1)[:, :count]
+        order = np.argsort(np.take_along_axis(distance, near, axis=1), axis=1, kind="stable")
+        found[rows] = np.take_along_axis(near, order, axis=1)
+    return found
+
+
+def _parts(count: int, first: IntArray, second: IntArray) -> IntArray:
+    """(N,) which part each of N points belongs to, if lines join `first` to `second`."""
+    lowest = np.arange(count)
+    while True:
+        before = lowest.copy()
+        least = np.minimum(lowest[first], lowest[second])
+        for ends in (first, second):
+            np.minimum.at(lowest, lowest[ends], least)
+        lowest = lowest[lowest]
+        if (lowest == before).all():
+            return np.unique(lowest, return_inverse=True)[1].reshape(count)
 
 
 def _lines_are_feasible(space: DesignSpace, begin: Array, end: Array) -> BoolArray:
