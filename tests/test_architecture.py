@@ -32,7 +32,7 @@ MAY_IMPORT = {
     "compensation": "robot elastic",
     "identification": "wording robot elastic measuring fitting",
     "motion": "wording robot elastic constraints",
-    "study": "wording robot elastic constraints measuring design motion",
+    "study": "core wording robot elastic constraints measuring design motion",
     "simulation": "robot elastic measuring fitting identification study",
     "planning": "all but compensation simulation",
     "programs": "wording robot elastic constraints study motion planning",
@@ -219,7 +219,7 @@ def test_every_class_has_a_name_of_its_own() -> None:
 
 def test_values_are_frozen() -> None:
     """Every dataclass, but for those that are filled while something is read or runs."""
-    filled = {"Node", "Urdf", "_Batch"}
+    filled = {"Node", "Urdf", "Batch"}
     loose = {
         node.name
         for tree in TREES.values()

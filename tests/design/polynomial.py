@@ -19,6 +19,8 @@ class Regression:
         self.rows, self.parameters = rows, parameters
         self.lower, self.upper = np.asarray(lower, float), np.asarray(upper, float)
 
+    core = None
+
     def parts(self, count: int) -> int:
         return 1
 

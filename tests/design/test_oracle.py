@@ -30,6 +30,8 @@ class Polygon:
         self.lower, self.upper = np.full(2, -size), np.full(2, size)
         self.radius = radius
 
+    core = None
+
     def parts(self, count: int) -> int:
         return 1
 

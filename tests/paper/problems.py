@@ -91,6 +91,8 @@ class PlanarForceSpace:
     lower = np.full(3, -np.pi)
     upper = np.full(3, np.pi)
 
+    core = None
+
     def parts(self, count: int) -> int:
         return 1
 

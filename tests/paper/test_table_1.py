@@ -83,6 +83,8 @@ class FiniteSpace:
     def __init__(self, blocks: Array) -> None:
         self.blocks = blocks
 
+    core = None
+
     def parts(self, count: int) -> int:
         return 1
 

@@ -29,6 +29,13 @@ class Bends(NamedTuple):
     hessian: Array  # (n, n)
 
 
+class Losses(NamedTuple):
+    """φ(M) = (Σ_k tr(C_kᵀ M⁻¹ C_k)^s)^(−1/s), which compiled code knows; s is 1 for one loss."""
+
+    roots: tuple[Array, ...]  # (p, r_k) the C_k
+    sharpness: float  # s
+
+
 class Criterion(abc.ABC):
     """A figure of merit of information matrices; larger is better."""
 
@@ -43,6 +50,11 @@ class Criterion(abc.ABC):
     def both(self, information: Array) -> tuple[Array, Array]:
         """Values and gradients; a criterion may share work between the two."""
         return self.value(information), self.gradient(information)
+
+    @property
+    def losses(self) -> Losses | None:
+        """The criterion as a mean of losses, None if it is none."""
+        return None
 
     def near(self, information: Array) -> Self:
         """A cheaper criterion, nowhere smaller, and the same at (B, p, p) information matrices.

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from functools import partial
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -41,6 +41,16 @@ Problem = Callable[[Array, IntArray], Trial]
 """(x (B, D), which problems (B,)) -> Trial."""
 
 
+class Mover(Protocol):
+    """Moves a batch of problems within bounds: NumPy here, or compiled code that does the same."""
+
+    def begin(self, index: IntArray, x: Array, penalty: Array) -> Batch:
+        """The batch of the problems `index` at x, (B, D), with first penalties (B,)."""
+
+    def advance(self, batch: Batch, iterations: int, *, settle: bool) -> None:
+        """So many evaluations; then move the multipliers if they are to be settled."""
+
+
 class Minimum(NamedTuple):
     """Where the batch ended."""
 
@@ -60,6 +70,7 @@ def minimise(
     tolerance: float = 0.0,
     penalties: Sequence[float] = PENALTIES,
     parts: Callable[[int], int] = lambda count: 1,
+    mover: Mover | None = None,
 ) -> Minimum:
     """Minimise B problems from the starts `x`, (B, D), within bounds and margins.
 
@@ -76,17 +87,19 @@ def minimise(
             violated by more than its root.
         penalties: First penalties of the constraints, dealt out to the problems in turn.
         parts: Into how many parts a batch of so many problems is divided for several cores.
+        mover: What moves the batch of these problems, if not NumPy.
     """
+    mover = _Search(problem, lower, upper) if mover is None else mover
     x, first = np.clip(x, lower, upper), np.resize(np.array(penalties), len(x))
     starts = [
         (index, x[index], first[index])
         for index in np.array_split(np.arange(len(x)), parts(len(x)))
     ]
-    running = _together(list(dealt(partial(_begun, problem, lower, upper), starts)))
+    running = _together(list(dealt(partial(_begun, mover), starts)))
     rested = running.only(np.zeros(len(x), dtype=bool)).minimum
     for iterations, kept in stages:
         divided = running.divided(parts(len(running.index)))
-        advanced = partial(_advanced, problem, lower, upper, iterations, tolerance)
+        advanced = partial(_advanced, mover, iterations, tolerance)
         ended = list(dealt(advanced, divided))
         running = _together([batch for batch, _ in ended])
         rested = _joined(rested, *(rest for _, rest in ended))
@@ -106,34 +119,71 @@ def _joined(*minima: Minimum) -> Minimum:
 
 
 @dataclass
-class _Batch:
-    """The problems that are still running: every array has one row for each of them."""
+class Batch:
+    """The problems that are still running: every array has one row for each of them.
 
-    index: IntArray  # (B,) which of the starts it comes from
-    x: Array  # (B, D) where it is
-    value: Array  # (B,) objective at x
-    margins: Array  # (B, C) constraints at x
-    merit: Array  # (B,) augmented Lagrangian at x
-    gradient: Array  # (B, D) of the merit
-    multipliers: Array  # (B, C)
-    penalty: Array  # (B, C)
-    broken: Array  # (B, C) violations when the multipliers last moved
-    checkpoint: Array  # (B,) objective when the multipliers last moved
-    inverse: Array  # (B, D, D) inverse Hessian of the merit
-    fresh: BoolArray  # (B,) whether that is the first guess still
-    direction: Array  # (B, D) where to go
-    length: Array  # (B,) how far, as a share of `direction`
+    Attributes:
+        index: (B,) which of the starts it comes from.
+        x: (B, D) where it is.
+        value: (B,) objective at x.
+        margins: (B, C) constraints at x.
+        merit: (B,) augmented Lagrangian at x.
+        gradient: (B, D) of the merit.
+        multipliers: (B, C).
+        penalty: (B, C).
+        broken: (B, C) violations when the multipliers last moved.
+        checkpoint: (B,) objective when the multipliers last moved ...
+        gain: (B,) ... and how much it had fallen since the time before.
+        inverse: (B, …) inverse Hessian of the merit, as the mover keeps it.
+        fresh: (B,) whether that is the first guess still.
+        direction: (B, D) where to go.
+        length: (B,) how far, as a share of `direction`.
+    """
 
-    def only(self, mask: BoolArray) -> _Batch:
+    index: IntArray
+    x: Array
+    value: Array
+    margins: Array
+    merit: Array
+    gradient: Array
+    multipliers: Array
+    penalty: Array
+    broken: Array
+    checkpoint: Array
+    gain: Array
+    inverse: Array
+    fresh: BoolArray
+    direction: Array
+    length: Array
+
+    @classmethod
+    def at(
+        cls, index: IntArray, x: Array, penalty: Array, *, margins: int, inverse: Array
+    ) -> Batch:
+        """Problems at x, (B, D), of which nothing else is known yet."""
+        count, size = x.shape
+        return cls(
+            index=index,
+            x=np.array(x, order="C"),
+            penalty=np.repeat(penalty[:, None], margins, axis=1),
+            inverse=inverse,
+            fresh=np.ones(count, dtype=bool),
+            length=np.ones(count),
+            **{name: np.zeros(count) for name in ("value", "merit", "checkpoint", "gain")},
+            **{name: np.zeros((count, size)) for name in ("gradient", "direction")},
+            **{name: np.zeros((count, margins)) for name in ("margins", "multipliers", "broken")},
+        )
+
+    def only(self, mask: BoolArray) -> Batch:
         """The problems of `mask` alone."""
-        return _Batch(*(getattr(self, field.name)[mask] for field in fields(self)))
+        return Batch(*(getattr(self, field.name)[mask] for field in fields(self)))
 
-    def divided(self, parts: int) -> list[_Batch]:
+    def divided(self, parts: int) -> list[Batch]:
         """The problems in so many parts, in order."""
         if parts == 1:
             return [self]
         arrays = (np.array_split(getattr(self, field.name), parts) for field in fields(self))
-        return [_Batch(*part) for part in zip(*arrays, strict=True)]
+        return [Batch(*part) for part in zip(*arrays, strict=True)]
 
     @property
     def violation(self) -> Array:
@@ -148,76 +198,66 @@ class _Batch:
         return Minimum(self.x, self.value, self.violation, self.index)
 
 
-def _together(parts: Sequence[_Batch]) -> _Batch:
+def _together(parts: Sequence[Batch]) -> Batch:
     """Parts of a batch as one again."""
     if len(parts) == 1:
         return parts[0]
-    names = [field.name for field in fields(_Batch)]
-    return _Batch(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+    names = [field.name for field in fields(Batch)]
+    return Batch(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
-def _begun(
-    problem: Problem, lower: Array, upper: Array, start: tuple[IntArray, Array, Array]
-) -> _Batch:
+def _begun(mover: Mover, start: tuple[IntArray, Array, Array]) -> Batch:
     """A batch at its starts: their numbers, places (B, D) and first penalties (B,)."""
-    index, x, first = start
-    count, size = x.shape
-    step = problem(x, index)
-    multipliers = np.zeros_like(step.margins)
-    penalty = np.broadcast_to(first[:, None], step.margins.shape).copy()
-    merit, gradient = _merit(step, multipliers, penalty)
-    batch = _Batch(
-        index=index,
-        x=x,
-        value=step.value,
-        margins=step.margins,
-        merit=merit,
-        gradient=gradient,
-        multipliers=multipliers,
-        penalty=penalty,
-        broken=np.maximum(0.0, -step.margins),
-        checkpoint=step.value.copy(),
-        inverse=np.tile(np.eye(size), (count, 1, 1)),
-        fresh=np.ones(count, dtype=bool),
-        direction=np.zeros_like(x),
-        length=np.ones(count),
-    )
-    _Search(problem, lower, upper, batch).aim(np.ones(count, dtype=bool))
-    return batch
+    return mover.begin(*start)
 
 
 def _advanced(
-    problem: Problem,
-    lower: Array,
-    upper: Array,
-    iterations: int,
-    tolerance: float,
-    batch: _Batch,
-) -> tuple[_Batch, Minimum]:
+    mover: Mover, iterations: int, tolerance: float, batch: Batch
+) -> tuple[Batch, Minimum]:
     """A batch after so many evaluations, and the problems of it that have come to rest."""
-    search = _Search(problem, lower, upper, batch)
     rested = batch.only(np.zeros(len(batch.index), dtype=bool)).minimum
-    for iteration in range(iterations):
-        if not len(search.batch.index):
+    for done in range(0, iterations, _SETTLED):
+        if not len(batch.index):
             break
-        search.advance()
-        if iteration % 10 == 9:
-            done = search.update_multipliers(tolerance)
-            if done.any():
-                rested = _joined(rested, search.batch.only(done).minimum)
-                search.batch = search.batch.only(~done)
-    return search.batch, rested
+        settle = done + _SETTLED <= iterations
+        mover.advance(batch, min(_SETTLED, iterations - done), settle=settle)
+        if settle:
+            still = (np.abs(batch.gain) < tolerance) & (batch.violation < np.sqrt(tolerance))
+            if still.any():
+                rested = _joined(rested, batch.only(still).minimum)
+                batch = batch.only(~still)
+    return batch, rested
+
+
+_SETTLED = 10  # evaluations after which multipliers move
 
 
 class _Search:
     """Moves a batch of problems within bounds."""
 
-    def __init__(self, problem: Problem, lower: Array, upper: Array, batch: _Batch) -> None:
-        self.problem, self.lower, self.upper, self.batch = problem, lower, upper, batch
+    def __init__(self, problem: Problem, lower: Array, upper: Array) -> None:
+        self.problem, self.lower, self.upper = problem, lower, upper
 
-    def advance(self) -> None:
+    def begin(self, index: IntArray, x: Array, penalty: Array) -> Batch:
+        """See `Mover`."""
+        step = self.problem(x, index)
+        inverse = np.tile(np.eye(x.shape[1]), (len(x), 1, 1))
+        margins = step.margins.shape[1]
+        batch = Batch.at(index, x, penalty, margins=margins, inverse=inverse)
+        batch.value, batch.checkpoint = step.value.copy(), step.value.copy()
+        batch.margins, batch.broken = step.margins, np.maximum(0.0, -step.margins)
+        self._restart(batch, step)
+        return batch
+
+    def advance(self, batch: Batch, iterations: int, *, settle: bool) -> None:
+        """See `Mover`."""
+        for _ in range(iterations):
+            self._step(batch)
+        if settle:
+            self._settle(batch)
+
+    def _step(self, now: Batch) -> None:
         """One evaluation: accept where the merit falls enough, shorten the step elsewhere."""
-        now = self.batch
         trial = np.clip(now.x + now.length[:, None] * now.direction, self.lower, self.upper)
         moved = trial - now.x
         step = self.problem(trial, now.index)
@@ -226,7 +266,7 @@ class _Search:
         with np.errstate(invalid="ignore"):
             good = merit <= now.merit + 1e-4 * slope
         # A variable held at its bound says nothing of the curvature among the others.
-        self._learn(good, moved, np.where(moved == 0.0, 0.0, gradient - now.gradient))
+        self._learn(now, good, moved, np.where(moved == 0.0, 0.0, gradient - now.gradient))
         now.x = np.where(good[:, None], trial, now.x)
         now.gradient = np.where(good[:, None], gradient, now.gradient)
         now.margins = np.where(good[:, None], step.margins, now.margins)
@@ -240,28 +280,27 @@ class _Search:
         now.inverse[stuck] = np.eye(now.x.shape[1])
         now.fresh |= stuck
         now.length = np.where(good | stuck, 1.0, now.length * shrink)
-        self.aim(good | stuck)
+        self._aim(now, good | stuck)
 
-    def update_multipliers(self, tolerance: float) -> BoolArray:
-        """Move the multipliers; say which problems have come to rest."""
-        now = self.batch
+    def _settle(self, now: Batch) -> None:
+        """Move the multipliers; penalties rise where a margin stays broken."""
         now.multipliers = np.maximum(0.0, now.multipliers - now.penalty * now.margins)
         broken = np.maximum(0.0, -now.margins)
         stubborn = (broken > 1e-4) & (broken > 0.5 * now.broken)
         now.penalty = np.where(stubborn, np.minimum(5.0 * now.penalty, 1e4), now.penalty)
         now.broken = broken
-        gain = now.checkpoint - now.value
-        done = (np.abs(gain) < tolerance) & (now.violation < np.sqrt(tolerance))
+        now.gain = now.checkpoint - now.value
         now.checkpoint = now.value.copy()
-        step = self.problem(now.x, now.index)
-        now.merit, now.gradient = _merit(step, now.multipliers, now.penalty)
-        self.aim(np.ones(len(now.x), dtype=bool))
-        now.length[:] = 1.0
-        return done
+        self._restart(now, self.problem(now.x, now.index))
 
-    def _learn(self, which: BoolArray, moved: Array, change: Array) -> None:
+    def _restart(self, now: Batch, step: Trial) -> None:
+        """From where it is, with multipliers and penalties as they are."""
+        now.merit, now.gradient = _merit(step, now.multipliers, now.penalty)
+        self._aim(now, np.ones(len(now.x), dtype=bool))
+        now.length = np.ones(len(now.x))
+
+    def _learn(self, now: Batch, which: BoolArray, moved: Array, change: Array) -> None:
         """BFGS update of the inverse Hessians of the problems `which`."""
-        now = self.batch
         curvature = np.einsum("bd,bd->b", moved, change)
         norm = np.einsum("bd,bd->b", change, change)
         use = which & (curvature > 1e-8 * norm) & (norm > 1e-100) & np.isfinite(norm)
@@ -277,9 +316,8 @@ class _Search:
         now.inverse += outer
         now.inverse += outer.transpose(0, 2, 1)
 
-    def aim(self, which: BoolArray) -> None:
+    def _aim(self, now: Batch, which: BoolArray) -> None:
         """New search directions, in the subspace of the variables that are free to move."""
-        now = self.batch
         free = ~(
             ((now.x <= self.lower) & (now.gradient > 0.0))
             | ((now.x >= self.upper) & (now.gradient < 0.0))

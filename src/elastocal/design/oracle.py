@@ -39,6 +39,7 @@ def climb(
         stages=stages,
         tolerance=1e-9,
         parts=space.parts,
+        mover=None if space.core is None else space.core.climbing(root, level),
     )
     feasible = restore(space, found.x)
     return feasible, sensitivity(space, feasible, root), found.origin

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.design.criterion import Bends, InformationFunction
+from elastocal.design.criterion import Bends, InformationFunction, Losses
 from elastocal.design.test_pose import TestPosePrecision
 
 
@@ -25,6 +25,13 @@ class PowerMean(InformationFunction):
         if all(new is old for new, old in zip(members, self.members, strict=True)):
             return self
         return PowerMean(members, self.sharpness)
+
+    @property
+    def losses(self) -> Losses | None:
+        each = [member.losses for member in self.members]
+        if any(losses is None or len(losses.roots) > 1 for losses in each):
+            return None
+        return Losses(tuple(losses.roots[0] for losses in each if losses), self.sharpness)
 
     def value(self, information: Array) -> Array:
         values = np.array([member.value(information) for member in self.members])

@@ -97,6 +97,9 @@ def refine(goal: Goal, plans: Plans, *, stages: Stages, tolerance: float = 1e-10
     """Move the points of plans to local optima under the constraints; keep the best plans."""
     space = goal.space
     batch, s, d = plans.x.shape
+    mover = None
+    if space.core is not None:
+        mover = space.core.planning(plans.counts, goal.base, goal.criterion)
     found = minimise(
         _Worth(goal, plans.counts),
         plans.x.reshape(batch, -1),
@@ -105,6 +108,7 @@ def refine(goal: Goal, plans: Plans, *, stages: Stages, tolerance: float = 1e-10
         stages=stages,
         tolerance=tolerance,
         parts=lambda count: space.parts(count * s),
+        mover=mover,
     )
     x = restore(space, found.x.reshape(-1, d))
     broken = np.asarray((space.evaluate(x).margins < -1e-8).any(axis=1))

@@ -11,7 +11,9 @@ from typing import Protocol
 
 import numpy as np
 
-from elastocal.arrays import Array, BoolArray
+from elastocal.arrays import Array, BoolArray, IntArray
+from elastocal.design.criterion import Criterion
+from elastocal.design.lockstep import Mover
 
 
 class DesignEvaluation(Protocol):
@@ -29,8 +31,22 @@ class DesignEvaluation(Protocol):
         """(N, d) gradient of a scalar with the given gradients in `blocks` and `margins`."""
 
 
+class Core(Protocol):
+    """Compiled code that moves batches of problems in a design space."""
+
+    def climbing(self, root: Array, level: float) -> Mover:
+        """Climbs to where |rows V|² is large, V (p, k), in units of `level`."""
+
+    def planning(self, counts: IntArray, base: Array, criterion: Criterion) -> Mover:
+        """Plans with repeats (B, s), to be worth much by a criterion of `base` and theirs."""
+
+
 class DesignSpace(Protocol):
     """Where experiments can be chosen from."""
+
+    @property
+    def core(self) -> Core | None:
+        """Compiled code for the same; None where there is none."""
 
     @property
     def parameters(self) -> int:

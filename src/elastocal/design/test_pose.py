@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from elastocal.arrays import Array, frozen
-from elastocal.design.criterion import Bends, InformationFunction
+from elastocal.design.criterion import Bends, InformationFunction, Losses
 from elastocal.matrices import scaled_inverse, square_root
 
 
@@ -23,6 +23,10 @@ class TestPosePrecision(InformationFunction):
     def __init__(self, weight: Array) -> None:
         """`weight` is L, (p, p), non-negative definite."""
         self.weight = frozen(weight)
+
+    @property
+    def losses(self) -> Losses:
+        return Losses((square_root(self.weight),), 1.0)
 
     def value(self, information: Array) -> Array:
         loss = np.einsum("bij,ij->b", scaled_inverse(information), self.weight)

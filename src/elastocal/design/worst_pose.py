@@ -13,10 +13,10 @@ from typing import Self
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
-from elastocal.design.criterion import Bends, InformationFunction
+from elastocal.design.criterion import Bends, InformationFunction, Losses
 from elastocal.design.power_mean import mean_of_bends
 from elastocal.design.test_pose import bent_losses
-from elastocal.matrices import scaled_inverse
+from elastocal.matrices import scaled_inverse, square_root
 
 _FEW = 12  # poses that are all kept
 _COVERED = 1e-7  # relative difference of losses that counts as none
@@ -124,6 +124,12 @@ class WorstPose(_Poses):
 
 class SoftWorstPose(_Poses):
     """(Σ φ_k^−s)^(−1/s): smooth, below the minimum, within K^(1/s) of it."""
+
+    @property
+    def losses(self) -> Losses:
+        each = np.eye(len(self._some))
+        weights = [self._summed(one[None])[0] for one in each]
+        return Losses(tuple(square_root(weight) for weight in weights), self.sharpness)
 
     def value(self, information: Array) -> Array:
         return self._mean(*self._shares(scaled_inverse(information)))

@@ -8,13 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from elastocal.arrays import Array, BoolArray
 from elastocal.constraints import Constraint, margins_at
+from elastocal.core.library import library as core_library
 from elastocal.design.oracle import restore
-from elastocal.design.space import information
+from elastocal.design.space import DesignEvaluation, information
 from elastocal.elastic.allowed_loads import FreeDirection, Load
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
@@ -22,6 +25,7 @@ from elastocal.elastic.regressor import Regressor
 from elastocal.errors import Doubt, InfeasibleError
 from elastocal.measuring.instrument import Instrument
 from elastocal.robot.posture import Posture
+from elastocal.study.compiled import CompiledSpace, compiled
 from elastocal.wording import worded
 
 _CHUNK = 2048  # load cases evaluated at once: what stays in the cache
@@ -66,13 +70,23 @@ class LoadCaseSpace:
         """(d,) upper bounds."""
         return np.append(self.limits[1], np.full(self._free, 2.0))
 
+    @cached_property
+    def core(self) -> CompiledSpace | None:
+        """The same in compiled code, where there is any that knows loads and instrument."""
+        library = core_library()
+        return None if library is None else compiled(library, self)
+
+    def __getstate__(self) -> dict[str, Any]:
+        # What is compiled has addresses in it: each process makes its own.
+        return {name: value for name, value in vars(self).items() if name != "core"}
+
     @property
     def _free(self) -> int:
         return self.force.variables + self.moment.variables
 
-    def evaluate(self, x: Array) -> LoadCaseEvaluation:
+    def evaluate(self, x: Array) -> DesignEvaluation:
         """Regressor rows in units of their noise, margins and gradients at design points (N, d)."""
-        return LoadCaseEvaluation(self, x)
+        return LoadCaseEvaluation(self, x) if self.core is None else self.core.evaluate(x)
 
     def parts(self, count: int) -> int:
         """Into how many parts to divide load cases for several cores; 1 where one is fast."""
@@ -177,12 +191,16 @@ class LoadCaseSpace:
         The costly constraints are asked last.
         """
         n = len(self.arm.robot.joints)
-        allowed = np.ones(len(x), dtype=bool)
-        for _, room, _ in self._cones(x):
-            allowed &= room >= 0.0
+        allowed, unasked = np.ones(len(x), dtype=bool), self.constraints
+        if self.core is not None:
+            allowed &= (self.core.known_margins(x) >= 0.0).all(axis=1)
+            unasked = self.core.foreign
+        else:
+            for _, room, _ in self._cones(x):
+                allowed &= room >= 0.0
         left = np.flatnonzero(allowed)
         for costly in (False, True):
-            asked = [c for c in self.constraints if c.costly == costly]
+            asked = [c for c in unasked if c.costly == costly]
             if not asked:
                 continue
             kept = []

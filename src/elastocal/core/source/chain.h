@@ -1,0 +1,371 @@
+/* A group of configurations: where the chain is, the rows of the linear model, and what a
+ * gradient in these is in the design variables. Lanes are configurations.
+ *
+ * Source: paper eqs. (2) to (4), (7); in reverse by one sum along the chain, as
+ * elastic/regressor.py has it.
+ */
+#ifndef ELASTOCAL_CHAIN_H
+#define ELASTOCAL_CHAIN_H
+
+#include "lanes.h"
+#include "space.h"
+
+typedef struct {
+    vector x, y, z, o;
+} frame;
+
+/* A force on a body and its moment about the origin of the base. */
+typedef struct {
+    vector force, moment;
+} wrench;
+
+/* One group of LANES load cases. */
+typedef struct {
+    lanes *x;          /* (d) design variables */
+    frame *bodies;     /* (moving + 2) base, bodies, flange */
+    vector *axes;      /* (T) twists in the base frame */
+    vector *origins;   /* (T) */
+    vector *at;        /* (points) */
+    vector *pointing;  /* (directions) */
+    vector *velocity;  /* (points, p) */
+    vector *turn;      /* (p) */
+    lanes *exerted;    /* (p) generalised force y */
+    vector force, moment;
+    vector *rows;      /* (markers [+ 1], p) in units of the noise */
+    vector *beam;      /* (markers) unit vectors from the tracker */
+    lanes *range;      /* (markers) */
+    lanes *margins;    /* (C + cones) */
+    vector *ends;      /* (solids, 2) */
+} Place;
+
+INLINE int64_t targets(const Space *s) { return s->markers + (s->noise.rotation > 0.0); }
+INLINE int64_t rows_of(const Space *s) { return 3 * targets(s); }
+INLINE int64_t margins_of(const Space *s) { return s->margins + s->force.cone + s->moment.cone; }
+
+/* Memory, in lanes, and its division. */
+static int64_t place_size(const Space *s) {
+    return s->variables + 12 * (s->moving + 2) + 6 * s->twists + 3 * s->points +
+           3 * s->directions + 3 * s->points * s->unknowns + 4 * s->unknowns +
+           3 * targets(s) * s->unknowns + 4 * s->markers + margins_of(s) + 6 * s->solids;
+}
+
+static Place place_in(const Space *s, lanes *memory) {
+    Place p = {0};
+    p.x = memory, memory += s->variables;
+    p.bodies = (frame *)memory, memory += 12 * (s->moving + 2);
+    p.axes = (vector *)memory, memory += 3 * s->twists;
+    p.origins = (vector *)memory, memory += 3 * s->twists;
+    p.at = (vector *)memory, memory += 3 * s->points;
+    p.pointing = (vector *)memory, memory += 3 * s->directions;
+    p.velocity = (vector *)memory, memory += 3 * s->points * s->unknowns;
+    p.turn = (vector *)memory, memory += 3 * s->unknowns;
+    p.exerted = memory, memory += s->unknowns;
+    p.rows = (vector *)memory, memory += 3 * targets(s) * s->unknowns;
+    p.beam = (vector *)memory, memory += 3 * s->markers;
+    p.range = memory, memory += s->markers;
+    p.margins = memory, memory += margins_of(s);
+    p.ends = (vector *)memory;
+    return p;
+}
+
+INLINE vector turned(const frame *f, const double *local) {
+    return plus(plus(times(every(local[0]), f->x), times(every(local[1]), f->y)),
+                times(every(local[2]), f->z));
+}
+INLINE vector carried_to(const frame *f, const double *local) {
+    return plus(turned(f, local), f->o);
+}
+
+/* The frame fixed to another one by a transform (4, 4). */
+INLINE frame attached(const double *t, const frame *f) {
+    const double x[] = {t[0], t[4], t[8]}, y[] = {t[1], t[5], t[9]};
+    const double z[] = {t[2], t[6], t[10]}, o[] = {t[3], t[7], t[11]};
+    return (frame){turned(f, x), turned(f, y), turned(f, z), carried_to(f, o)};
+}
+
+/* Force or moment of its design variables. */
+INLINE vector loaded(const Load *load, const lanes *x) {
+    if (load->kind == FIXED) return constant(load->axis);
+    if (load->kind == DIRECTION) {
+        vector v = {x[0], x[1], x[2]};
+        return times(load->size / root(dot(v, v)), v);
+    }
+    lanes scale = load->size / root(x[0] * x[0] + x[1] * x[1]);
+    return times(scale, plus(times(x[0], constant(load->basis)),
+                             times(x[1], constant(load->basis + 3))));
+}
+
+INLINE int64_t variables_of(const Load *load) {
+    return load->kind == FIXED ? 0 : load->kind == DIRECTION ? 3 : 2;
+}
+
+/* Gradient in the design variables of a gradient in force or moment. */
+INLINE void pull_load(const Load *load, const lanes *x, vector bar, lanes *gradient) {
+    if (load->kind == DIRECTION) {
+        vector v = {x[0], x[1], x[2]};
+        lanes norm = root(dot(v, v));
+        vector unit = times(1.0 / norm, v);
+        vector across = minus(bar, times(dot(unit, bar), unit));
+        across = times(load->size / norm, across);
+        gradient[0] += across.x, gradient[1] += across.y, gradient[2] += across.z;
+    } else if (load->kind == PLANE) {
+        lanes a = dot(constant(load->basis), bar), b = dot(constant(load->basis + 3), bar);
+        lanes norm = root(x[0] * x[0] + x[1] * x[1]), u = x[0] / norm, v = x[1] / norm;
+        lanes along = u * a + v * b;
+        gradient[0] += load->size / norm * (a - along * u);
+        gradient[1] += load->size / norm * (b - along * v);
+    }
+}
+
+/* Where the bodies are. */
+static void place_bodies(const Space *s, Place *p) {
+    const frame base = {{every(1.0), every(0.0), every(0.0)},
+                        {every(0.0), every(1.0), every(0.0)},
+                        {every(0.0), every(0.0), every(1.0)},
+                        {every(0.0), every(0.0), every(0.0)}};
+    p->bodies[0] = base;
+    for (int64_t i = 0; i < s->moving; i++) {
+        lanes value = p->x[i < s->joints ? i : 0];
+        if (s->mixing) {
+            value = every(s->standing[i]);
+            for (int64_t j = 0; j < s->joints; j++) {
+                double way = s->mixing[i * s->joints + j];
+                if (way != 0.0) value += way * p->x[j];
+            }
+        }
+        frame f = attached(s->links + 16 * i, &p->bodies[s->carriers[i + 1]]);
+        if (s->sliding[i]) {
+            f.o = plus(f.o, times(value, f.z));
+        } else {
+            lanes sine, cosine;
+            sine_cosine(value, &sine, &cosine);
+            vector x = f.x;
+            f.x = plus(times(cosine, x), times(sine, f.y));
+            f.y = minus(times(cosine, f.y), times(sine, x));
+        }
+        p->bodies[i + 1] = f;
+    }
+    const frame *tip = &p->bodies[s->last];
+    frame *flange = &p->bodies[s->moving + 1];
+    *flange = attached(s->links + 16 * s->moving, tip);
+    for (int64_t i = 0; i < s->points; i++) p->at[i] = carried_to(flange, s->locals + 3 * i);
+    for (int64_t i = 0; i < s->directions; i++)
+        p->pointing[i] = turned(flange, s->pointing + 3 * i);
+}
+
+/* Velocity that unit speed of a twist gives to a point. */
+INLINE vector velocity_of(const Space *s, const Place *p, int64_t t, vector at) {
+    return s->slides[t] ? p->axes[t] : cross(p->axes[t], minus(at, p->origins[t]));
+}
+
+/* W v: a vector at a marker in units of its noise; W is symmetric. */
+INLINE vector whitened(const Space *s, const Place *p, int64_t marker, vector v) {
+    const Noise *n = &s->noise;
+    if (n->kind == ISOTROPIC) return times(every(1.0 / n->deviation), v);
+    lanes range = p->range[marker];
+    lanes a = 0.70710678118654752 / (n->across + n->across_per_metre * range);
+    lanes b = 0.70710678118654752 / (n->along + n->along_per_metre * range);
+    vector u = p->beam[marker];
+    return plus(times(a, v), times((b - a) * dot(u, v), u));
+}
+
+/* Rows of the linear model in units of the noise. */
+static void place_rows(const Space *s, Place *p) {
+    const int64_t n = s->joints, unknowns = s->unknowns;
+    p->force = loaded(&s->force, p->x + n);
+    p->moment = loaded(&s->moment, p->x + n + variables_of(&s->force));
+    for (int64_t t = 0; t < s->twists; t++) {
+        int64_t j = s->joint[t];
+        const frame *f = &p->bodies[j >= 0 ? j + 1 : s->body[t]];
+        p->axes[t] = j >= 0 ? f->z : turned(f, s->axes + 3 * t);
+        p->origins[t] = j >= 0 ? f->o : carried_to(f, s->origins + 3 * t);
+    }
+    const vector zero = {every(0.0), every(0.0), every(0.0)};
+    for (int64_t u = 0; s->share && u < unknowns * s->points; u++) p->velocity[u] = zero;
+    for (int64_t u = 0; s->share && u < unknowns; u++) p->turn[u] = zero;
+    for (int64_t t = 0; t < s->twists; t++) {
+        vector turn = s->slides[t] ? zero : p->axes[t];
+        if (!s->share) p->turn[t] = turn;
+        for (int64_t u = 0; s->share && u < unknowns; u++)
+            p->turn[u] = plus(p->turn[u], times(every(s->share[t * unknowns + u]), turn));
+        for (int64_t i = 0; i < s->points; i++) {
+            vector v = velocity_of(s, p, t, p->at[i]), *to = p->velocity + i * unknowns;
+            if (!s->share) to[t] = v;
+            for (int64_t u = 0; s->share && u < unknowns; u++)
+                to[u] = plus(to[u], times(every(s->share[t * unknowns + u]), v));
+        }
+    }
+    for (int64_t u = 0; u < unknowns; u++) {
+        p->exerted[u] = dot(p->velocity[u], p->force);
+        if (!s->moment.zero) p->exerted[u] += dot(p->turn[u], p->moment);
+    }
+    for (int64_t m = 0; m < s->markers; m++) {
+        int64_t i = s->marker[m];
+        if (s->noise.kind == TRACKER) {
+            vector beam = minus(p->at[i], constant(s->noise.position));
+            p->range[m] = larger(root(dot(beam, beam)), every(1e-9));
+            p->beam[m] = times(1.0 / p->range[m], beam);
+        }
+        for (int64_t u = 0; u < unknowns; u++) {
+            vector row = times(p->exerted[u], p->velocity[i * unknowns + u]);
+            p->rows[m * unknowns + u] = whitened(s, p, m, row);
+        }
+    }
+    if (s->noise.rotation > 0.0)
+        for (int64_t u = 0; u < unknowns; u++)
+            p->rows[s->markers * unknowns + u] =
+                times(p->exerted[u] / s->noise.rotation, p->turn[u]);
+}
+
+/* How a tracker's noise changes with the place of a marker: its gradient there. `row` is in units
+ * of the noise already. */
+INLINE vector pull_whitened(const Space *s, const Place *p, int64_t marker, vector plain,
+                            vector bar) {
+    const Noise *n = &s->noise;
+    lanes range = p->range[marker];
+    lanes across = n->across + n->across_per_metre * range;
+    lanes along = n->along + n->along_per_metre * range;
+    lanes a = 0.70710678118654752 / across, b = 0.70710678118654752 / along;
+    vector u = p->beam[marker];
+    lanes row_along = dot(u, plain), bar_along = dot(u, bar);
+    lanes lengthwise = row_along * bar_along, crosswise = dot(plain, bar) - lengthwise;
+    vector turn = plus(times(row_along, bar), times(bar_along, plain));
+    turn = times((b - a) / range, turn);
+    turn = minus(turn, times(dot(u, turn), u));
+    lanes slope = -crosswise * a * n->across_per_metre / across;
+    slope -= lengthwise * b * n->along_per_metre / along;
+    return plus(turn, times(slope, u));
+}
+
+INLINE void push(wrench *w, vector at, vector force) {
+    w->force = plus(w->force, force);
+    w->moment = plus(w->moment, cross(at, force));
+}
+
+/* Memory of `pull`, in lanes. */
+static int64_t pull_size(const Space *s) {
+    return 6 * (s->moving + 2) + 9 * (s->twists + 1) + 3 * s->points + 3 * s->points * s->unknowns +
+           4 * s->unknowns + s->moving;
+}
+
+/* Adds the gradient in the design variables to `gradient` (d).
+ *
+ * bars: (targets, p) gradient in the rows in units of the noise, or 0; changed.
+ * on: (moving + 2) gradients in points of the bodies, as wrenches on them; changed.
+ * memory: pull_size() lanes less 6 (moving + 2).
+ */
+static void pull(const Space *s, const Place *p, vector *bars, wrench *on, lanes *memory,
+                 lanes *gradient) {
+    const int64_t unknowns = s->unknowns, n = s->joints;
+    const vector zero = {every(0.0), every(0.0), every(0.0)};
+    /* Sums over the twists before: force, its moment about the base, and what is turned. */
+    vector *force = (vector *)memory;
+    vector *moment = force + s->twists + 1;
+    vector *bent = moment + s->twists + 1;
+    vector *point_bar = bent + s->twists + 1; /* (points) of one twist */
+    vector *velocity_bar = point_bar + s->points;
+    vector *turn_bar = velocity_bar + s->points * unknowns;
+    lanes *exerted_bar = (lanes *)(turn_bar + unknowns);
+    lanes *along = exerted_bar + unknowns;
+    if (bars) {
+        wrench *flange = &on[s->last];
+        for (int64_t m = 0; m < s->markers; m++) {
+            vector bar_at = zero;
+            for (int64_t u = 0; u < unknowns; u++) {
+                vector *bar = &bars[m * unknowns + u];
+                if (s->noise.kind == TRACKER) {
+                    vector row = times(p->exerted[u], p->velocity[s->marker[m] * unknowns + u]);
+                    bar_at = plus(bar_at, pull_whitened(s, p, m, row, *bar));
+                }
+                *bar = whitened(s, p, m, *bar);
+            }
+            if (s->noise.kind == TRACKER) push(flange, p->at[s->marker[m]], bar_at);
+        }
+        const vector *rotation = s->noise.rotation > 0.0 ? bars + s->markers * unknowns : 0;
+        for (int64_t i = 1; i < s->points; i++)
+            for (int64_t u = 0; u < unknowns; u++) velocity_bar[i * unknowns + u] = zero;
+        vector force_bar = zero, moment_bar = zero;
+        for (int64_t u = 0; u < unknowns; u++) {
+            lanes bar = every(0.0);
+            for (int64_t m = 0; m < s->markers; m++)
+                bar += dot(p->velocity[s->marker[m] * unknowns + u], bars[m * unknowns + u]);
+            turn_bar[u] = zero;
+            if (rotation) {
+                vector given = times(every(1.0 / s->noise.rotation), rotation[u]);
+                bar += dot(p->turn[u], given);
+                turn_bar[u] = times(p->exerted[u], given);
+            }
+            if (!s->moment.zero) turn_bar[u] = plus(turn_bar[u], times(bar, p->moment));
+            exerted_bar[u] = bar;
+            velocity_bar[u] = times(bar, p->force);
+            force_bar = plus(force_bar, times(bar, p->velocity[u]));
+            moment_bar = plus(moment_bar, times(bar, p->turn[u]));
+            for (int64_t m = 0; m < s->markers; m++) {
+                vector *to = &velocity_bar[s->marker[m] * unknowns + u];
+                *to = plus(*to, times(p->exerted[u], bars[m * unknowns + u]));
+            }
+        }
+        pull_load(&s->force, p->x + n, force_bar, gradient + n);
+        int64_t k = n + variables_of(&s->force);
+        pull_load(&s->moment, p->x + k, moment_bar, gradient + k);
+        force[0] = moment[0] = bent[0] = zero;
+        for (int64_t t = 0; t < s->twists; t++) {
+            vector axis_bar = zero, pushed = zero, lifted = zero, turns = zero;
+            for (int64_t i = 0; i < s->points; i++) {
+                if (!s->share) {
+                    point_bar[i] = velocity_bar[i * unknowns + t];
+                    continue;
+                }
+                point_bar[i] = zero;
+                for (int64_t u = 0; u < unknowns; u++)
+                    point_bar[i] = plus(point_bar[i], times(every(s->share[t * unknowns + u]),
+                                                            velocity_bar[i * unknowns + u]));
+            }
+            if (s->slides[t]) {
+                for (int64_t i = 0; i < s->points; i++) axis_bar = plus(axis_bar, point_bar[i]);
+            } else {
+                if (!s->share) axis_bar = turn_bar[t];
+                for (int64_t u = 0; s->share && u < unknowns; u++)
+                    axis_bar = plus(axis_bar,
+                                    times(every(s->share[t * unknowns + u]), turn_bar[u]));
+                for (int64_t i = 0; i < s->points; i++) {
+                    vector arm = minus(p->at[i], p->origins[t]);
+                    vector arm_bar = cross(point_bar[i], p->axes[t]);
+                    axis_bar = plus(axis_bar, cross(arm, point_bar[i]));
+                    turns = plus(turns, cross(arm, arm_bar));
+                    pushed = plus(pushed, arm_bar);
+                    lifted = plus(lifted, cross(p->at[i], arm_bar));
+                }
+            }
+            turns = plus(turns, cross(p->axes[t], axis_bar));
+            force[t + 1] = plus(force[t], pushed);
+            moment[t + 1] = plus(moment[t], lifted);
+            bent[t + 1] = plus(bent[t], turns);
+        }
+    }
+    for (int64_t j = s->moving - 1; j >= 0; j--) {
+        const frame *f = &p->bodies[j + 1];
+        wrench w = on[j + 1];
+        wrench *carrier = &on[s->carriers[j + 1]];
+        carrier->force = plus(carrier->force, w.force);
+        carrier->moment = plus(carrier->moment, w.moment);
+        if (bars && j < s->last) {
+            int64_t k = s->carried[j];
+            w.force = plus(w.force, force[k]);
+            w.moment = plus(w.moment, plus(moment[k], minus(bent[s->twists], bent[k])));
+        }
+        along[j] = s->sliding[j] ? dot(f->z, w.force)
+                                 : dot(f->z, minus(w.moment, cross(f->o, w.force)));
+    }
+    if (!s->mixing) {
+        for (int64_t j = 0; j < n; j++) gradient[j] += along[j];
+        return;
+    }
+    for (int64_t j = 0; j < n; j++)
+        for (int64_t i = 0; i < s->moving; i++) {
+            double way = s->mixing[i * n + j];
+            if (way != 0.0) gradient[j] += way * along[i];
+        }
+}
+
+#endif

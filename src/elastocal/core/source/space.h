@@ -1,0 +1,118 @@
+/* The space of load cases, as plain data; `core/layout.py` has the same structures.
+ *
+ * Lengths in metres, angles in radians, forces in newtons, frames as in `robot/posture.py`. The
+ * Python side owns all memory.
+ */
+#ifndef ELASTOCAL_SPACE_H
+#define ELASTOCAL_SPACE_H
+
+#include <stdint.h>
+
+/* Which forces, or moments, may act: elastic/allowed_loads.py. */
+enum { FIXED, DIRECTION, PLANE };
+
+typedef struct {
+    int64_t kind;
+    int64_t zero;      /* never anything but zero */
+    int64_t cone;      /* a DIRECTION is restricted to a cone */
+    double size;       /* largest norm */
+    double half_angle; /* of the cone */
+    double axis[3];    /* FIXED: the vector, DIRECTION: axis of the cone */
+    double basis[6];   /* PLANE: first then second vector that span it */
+} Load;
+
+/* Margins: constraints/. */
+enum {
+    HALF_SPACE,
+    MIN_RADIUS,
+    ELEVATION,
+    TILT,
+    JOINT_LIMIT,
+    HELD_JOINT,
+    BEAM_RANGE,
+    ACCEPTANCE_CONE,
+    HEAD_ELEVATION,
+    HEAD_AZIMUTH,
+    DISTINCT,
+    CLEARANCE,
+    FOREIGN, /* known to Python alone */
+};
+
+/* A segment with a radius that one body carries. */
+typedef struct {
+    int64_t body;
+    double ends[6]; /* start, end, in the frame of the body */
+    double radius;
+    double ball; /* radius of the ball around it */
+} Solid;
+
+/* What a segment is near to. */
+enum { A_SEGMENT, A_PLANE, A_BOX };
+
+typedef struct {
+    int64_t kind;
+    int64_t first, second; /* solids; the second only of two segments */
+    double pose[12];       /* PLANE, BOX: the axes one by one, then the origin */
+    double half[3];        /* BOX: half its sides */
+} Pair;
+
+typedef struct {
+    int64_t kind;
+    int64_t at;    /* point, or joint */
+    int64_t along; /* direction */
+    double sign;
+    double bound;
+    double middle;   /* HEAD_AZIMUTH */
+    double place[3]; /* normal, position of the tracker, or wanted direction */
+    const double *q; /* DISTINCT: (2, joints) configuration, which joints count */
+    const Pair *pairs;
+    int64_t count;  /* of the pairs */
+    double horizon; /* margins of distances are measured up to this */
+} Margin;
+
+/* What measures: measuring/instrument.py. */
+enum { ISOTROPIC, TRACKER };
+
+typedef struct {
+    int64_t kind;
+    double deviation;
+    double position[3];
+    double along, along_per_metre, across, across_per_metre;
+    double rotation; /* standard deviation of a rotation; 0 if none is measured */
+} Noise;
+
+typedef struct {
+    int64_t variables; /* d: joints, then those of force and moment */
+    int64_t joints;    /* n that move on their own */
+    int64_t moving;    /* n + F that move */
+    int64_t last;      /* m of them on the chain */
+    const double *links;     /* (moving + 1, 16) to each joint that moves, then to the flange */
+    const int64_t *carriers; /* (moving + 1) body that carries the joint of each body */
+    const int64_t *sliding;  /* (moving) */
+    const int64_t *own;      /* (joints) where the joints are among those that move */
+    const double *mixing;    /* (moving, joints); 0 if it is the identity */
+    const double *standing;  /* (moving) */
+    int64_t twists;          /* T */
+    int64_t unknowns;        /* p */
+    const int64_t *body;     /* (T) which carries each twist, ascending */
+    const int64_t *joint;    /* (T) moving joint whose axis it has, -1 if none */
+    const double *axes;      /* (T, 3) in the frame of the body */
+    const double *origins;   /* (T, 3) */
+    const int64_t *slides;   /* (T) */
+    const double *share;     /* (T, p); 0 if it is the identity */
+    const int64_t *carried;  /* (last) number of twists that joint does not carry */
+    int64_t points;          /* on the flange, the load point first */
+    const double *locals;    /* (points, 3) in the frame of the flange */
+    int64_t markers;
+    const int64_t *marker;    /* (markers) which of the points */
+    int64_t directions;       /* of the flange that constraints look at */
+    const double *pointing;   /* (directions, 3) */
+    Noise noise;
+    Load force, moment;
+    int64_t margins;          /* C, without those of the cones */
+    const Margin *margin;     /* (C) */
+    int64_t solids;
+    const Solid *solid;
+} Space;
+
+#endif

@@ -1,0 +1,267 @@
+"""A space of load cases as the compiled core sees it, and what the core then does.
+
+In: `LoadCaseSpace`. Out: rows, margins and their gradients, and batches of problems that move in
+the core. A constraint of a kind that it does not know is asked in Python, for a whole batch at
+once; so is a criterion.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from elastocal.arrays import Array, IntArray
+from elastocal.constraints.base import Pull
+from elastocal.core import layout
+from elastocal.core.layout import Asked, Memory
+from elastocal.core.library import Library
+from elastocal.design.criterion import Criterion
+from elastocal.design.lockstep import Batch
+from elastocal.measuring.instrument import Isotropic, LaserTracker, PoseProbe
+from elastocal.robot.posture import Posture
+from elastocal.study.plain_space import Described, PlainSpaceOf
+
+
+def compiled(library: Library, space: Described) -> CompiledSpace | None:
+    """The space for the core; None if the core does not know its instrument."""
+    points = (
+        space.instrument.points if isinstance(space.instrument, PoseProbe) else space.instrument
+    )
+    if type(points) not in (Isotropic, LaserTracker):
+        return None
+    return CompiledSpace(library, space)
+
+
+class CompiledSpace:
+    """A space of load cases in the core.
+
+    Attributes:
+        foreign: The constraints that only Python knows, in order.
+        foreign_columns: Their columns among the margins.
+    """
+
+    def __init__(self, library: Library, space: Described) -> None:
+        self.space, self.library = space, library
+        self._memory = Memory()
+        told = PlainSpaceOf(space, self._memory)
+        self.foreign = [space.constraints[c] for c in told.foreign]
+        self.foreign_columns = np.array(told.foreign, dtype=np.int64)
+        self._space = told.space
+        self.variables, self.margins = len(space.lower), told.columns
+        self.rows = 3 * len(space.arm.tool.targets)
+        self._call = {name: library.function(name) for name in layout.SIGNATURES}
+        for name, function in self._call.items():
+            function.argtypes, function.restype = layout.SIGNATURES[name], layout.Int
+
+    def evaluate(self, x: Array) -> CompiledEvaluation:
+        """Rows in units of their noise, margins and gradients at design points (N, d)."""
+        return CompiledEvaluation(self, x)
+
+    def blocks(self, x: Array) -> Array:
+        """(N, rows, p) rows in units of their noise at design points (N, d)."""
+        x, found = _table(x), np.empty((len(x), self.rows, self.space.parameters))
+        self._do("evaluate", len(x), x.ctypes.data, found.ctypes.data, None)
+        return found
+
+    def known_margins(self, x: Array) -> Array:
+        """(N, C) margins; zero where only Python knows them."""
+        x, found = _table(x), np.zeros((len(x), self.margins))
+        self._do("evaluate", len(x), x.ctypes.data, None, found.ctypes.data)
+        return found
+
+    def pull(self, x: Array, block_bar: Array | None, margin_bar: Array | None) -> Array:
+        """(N, d) gradient of a scalar with these in rows and margins; None for zero."""
+        x, found = _table(x), np.empty((len(x), self.variables))
+        bars = [None if bar is None else _table(bar) for bar in (block_bar, margin_bar)]
+        addresses = [None if bar is None else bar.ctypes.data for bar in bars]
+        self._do("pull", len(x), x.ctypes.data, *addresses, found.ctypes.data)
+        return found
+
+    def climbing(self, root: Array, level: float) -> Moving:
+        """Moves a batch of points to where |rows V|² is large, in units of `level`."""
+        return Moving(self, root=root, level=level)
+
+    def planning(self, counts: IntArray, base: Array, criterion: Criterion) -> Moving:
+        """Moves a batch of plans with repeats (B, s) to where they are worth much."""
+        return Moving(self, counts=counts, base=base, criterion=criterion)
+
+    def _do(self, name: str, *args: Any) -> None:
+        failed = self._call[name](ctypes.byref(self._space), *args)
+        if failed:
+            raise MemoryError("the compiled core could not get the memory it needs")
+
+    def advance(self, goal: layout.PlainGoal, batch: layout.PlainBatch, *orders: int) -> int:
+        """One call of the core; not zero if it was stopped."""
+        stopped: int = self._call["advance"](
+            ctypes.byref(self._space), ctypes.byref(goal), ctypes.byref(batch), *orders
+        )
+        return stopped
+
+
+class CompiledEvaluation:
+    """Rows, margins and gradients of N load cases; see `design.space.DesignEvaluation`."""
+
+    def __init__(self, place: CompiledSpace, x: Array) -> None:
+        self._place, self._x = place, x
+
+    @cached_property
+    def blocks(self) -> Array:
+        """(N, rows, p) rows in units of their noise."""
+        return self._place.blocks(self._x)
+
+    @cached_property
+    def margins(self) -> Array:
+        """(N, C) margins."""
+        margins = self._place.known_margins(self._x)
+        if self._foreign:
+            margins[:, self._place.foreign_columns] = np.transpose([m for m, _ in self._foreign])
+        return margins
+
+    @cached_property
+    def _foreign(self) -> list[tuple[Array, Pull]]:
+        robot = self._place.space.arm.robot
+        if not self._place.foreign or not len(self._x):
+            return []
+        posture = Posture(robot, self._x[:, : len(robot.joints)])
+        return [constraint.at(posture) for constraint in self._place.foreign]
+
+    def pull(self, block_cotangent: Array, margin_cotangent: Array) -> Array:
+        """(N, d) gradient of a scalar with these gradients in `blocks` and `margins`."""
+        gradient = self._place.pull(
+            self._x,
+            block_cotangent if block_cotangent.any() else None,
+            margin_cotangent if margin_cotangent.any() else None,
+        )
+        if self._foreign:
+            weights = margin_cotangent[:, self._place.foreign_columns]
+            pulls = [pull for _, pull in self._foreign]
+            gradient += foreign_pull(pulls, weights, gradient.shape[1])
+        return gradient
+
+
+@dataclass(frozen=True)
+class Moving:
+    """Moves batches of problems in the core; see `design.lockstep.Mover`."""
+
+    place: CompiledSpace
+    root: Array | None = None
+    level: float = 0.0
+    counts: IntArray | None = None
+    base: Array | None = None
+    criterion: Criterion | None = None
+
+    def begin(self, index: IntArray, x: Array, penalty: Array) -> Batch:
+        """See `Mover`."""
+        row, column = np.tril_indices(x.shape[1])
+        inverse = np.tile((row == column).astype(float), (len(x), 1))
+        margins = self.place.margins * (x.shape[1] // self.place.variables)
+        batch = Batch.at(index, x, penalty, margins=margins, inverse=inverse)
+        self._move(batch, 1, 0, 0)
+        return batch
+
+    def advance(self, batch: Batch, iterations: int, *, settle: bool) -> None:
+        """See `Mover`."""
+        self._move(batch, 0, iterations, int(settle))
+
+    def _move(self, batch: Batch, *orders: int) -> None:
+        if not len(batch.x):
+            return
+        memory = Memory()
+        asked = _Answers(self.place, self.criterion)
+        goal = layout.PlainGoal(foreign=len(self.place.foreign), ask=layout.ASK(asked))
+        told = layout.PlainBatch(count=len(batch.x))
+        if self.root is not None:
+            goal.points, goal.level = 1, self.level
+            goal.rank, goal.root = self.root.shape[1], memory.reals(self.root)
+        else:
+            self._plan(goal, told, batch, memory)
+        for name in ("x", "value", "margins", "merit", "gradient", "multipliers", "penalty"):
+            setattr(told, name, getattr(batch, name).ctypes.data)
+        for name in ("broken", "checkpoint", "inverse", "fresh", "direction", "length", "gain"):
+            setattr(told, name, getattr(batch, name).ctypes.data)
+        told.lower = memory.reals(np.tile(self.place.space.lower, goal.points))
+        told.upper = memory.reals(np.tile(self.place.space.upper, goal.points))
+        stopped = self.place.advance(goal, told, *orders)
+        if asked.error is not None:
+            raise asked.error
+        if stopped:
+            raise MemoryError("the compiled core could not get the memory it needs")
+
+    def _plan(
+        self, goal: layout.PlainGoal, told: layout.PlainBatch, batch: Batch, memory: Memory
+    ) -> None:
+        assert self.counts is not None
+        assert self.base is not None
+        assert self.criterion is not None
+        counts = self.counts[batch.index]
+        goal.points, told.counts = counts.shape[1], memory.reals(counts)
+        goal.base = memory.reals(self.base)
+        losses = self.criterion.losses
+        if losses is None:
+            goal.asks_worth = 1
+            return
+        goal.criterion = layout.PlainCriterion(
+            unknowns=len(self.base),
+            losses=len(losses.roots),
+            ranks=memory.integers([root.shape[1] for root in losses.roots]),
+            roots=memory.reals(np.hstack(losses.roots)),
+            sharpness=losses.sharpness,
+        )
+
+
+class _Answers:
+    """Answers what the core asks of Python, for a whole batch at once."""
+
+    def __init__(self, place: CompiledSpace, criterion: Criterion | None) -> None:
+        self.place, self.criterion = place, criterion
+        self.error: BaseException | None = None
+        self._pulls: list[Callable[[Array], Array]] = []
+
+    def __call__(self, what: int, count: int, given: Any, wanted: Any) -> int:
+        try:
+            self._answer(what, count, given, wanted)
+        except BaseException as error:  # it is raised where the core was called
+            self.error = error
+            return 1
+        return 0
+
+    def _answer(self, what: int, count: int, given: Any, wanted: Any) -> None:
+        place = self.place
+        foreign, d = len(place.foreign), place.variables
+        if what == Asked.MARGINS:
+            q = _seen(given, (count, d))[:, : len(place.space.arm.robot.joints)]
+            found = [c.at(Posture(place.space.arm.robot, q.copy())) for c in place.foreign]
+            _seen(wanted, (count, foreign))[:] = np.transpose([margin for margin, _ in found])
+            self._pulls = [pull for _, pull in found]
+        elif what == Asked.PULL:
+            weights, gradient = _seen(given, (count, foreign)), _seen(wanted, (count, d))
+            gradient[:] = foreign_pull(self._pulls, weights, d)
+        else:
+            assert self.criterion is not None
+            p = place.space.parameters
+            value, slope = self.criterion.both(_seen(given, (count, p, p)).copy())
+            answer = _seen(wanted, (count * (1 + p * p),))
+            answer[:count], answer[count:] = value, slope.ravel()
+
+
+def foreign_pull(pulls: Sequence[Callable[[Array], Array]], weights: Array, d: int) -> Array:
+    """(N, d) gradient of margins that only Python knows, times weights (N, F)."""
+    gradient = np.zeros((len(weights), d))
+    for pull, weight in zip(pulls, weights.T, strict=True):
+        if weight.any():
+            slope = pull(np.ascontiguousarray(weight)).T
+            gradient[:, : slope.shape[1]] += slope
+    return gradient
+
+
+def _seen(address: Any, shape: tuple[int, ...]) -> Array:
+    return np.ctypeslib.as_array(address, shape)
+
+
+def _table(values: Array) -> Array:
+    return np.ascontiguousarray(values, dtype=float)

@@ -1,0 +1,244 @@
+"""A space of load cases as plain structures, as the compiled core takes it.
+
+In: `LoadCaseSpace`. Out: `layout.PlainSpace`, with a margin for every constraint; those of a kind
+that the core does not know are foreign.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+import numpy as np
+
+from elastocal.arrays import Array
+from elastocal.constraints import (
+    AcceptanceCone,
+    BeamRange,
+    Clearance,
+    Constraint,
+    Distinct,
+    Elevation,
+    HalfSpace,
+    HeadAzimuth,
+    HeadElevation,
+    HeldJoint,
+    JointLimit,
+    MinRadius,
+    Tilt,
+)
+from elastocal.constraints.clearance import PLENTY
+from elastocal.constraints.collision.distance import Pairs
+from elastocal.core import layout
+from elastocal.core.layout import LoadKind, MarginKind, Memory, PairKind
+from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, Load
+from elastocal.elastic.arm import ElasticArm
+from elastocal.measuring.instrument import Instrument, LaserTracker, PoseProbe
+
+
+class Described(Protocol):
+    """What the core is told of a space of load cases; see `LoadCaseSpace`."""
+
+    @property
+    def arm(self) -> ElasticArm: ...
+    @property
+    def force(self) -> Load: ...
+    @property
+    def moment(self) -> Load: ...
+    @property
+    def constraints(self) -> Sequence[Constraint]: ...
+    @property
+    def instrument(self) -> Instrument: ...
+    @property
+    def parameters(self) -> int: ...
+    @property
+    def lower(self) -> Array: ...
+    @property
+    def upper(self) -> Array: ...
+
+
+class PlainSpaceOf:
+    """A space of load cases as structures.
+
+    Attributes:
+        space: The structure.
+        foreign: Numbers of the constraints that only Python knows.
+        columns: Number of margins, cones of loads included.
+    """
+
+    def __init__(self, space: Described, memory: Memory) -> None:
+        """`memory` keeps what the structures point to."""
+        self._points: list[Array] = []
+        self._directions: list[Array] = []
+        self._solids: list[layout.PlainSolid] = []
+        self._memory = memory
+        robot, tool = space.arm.robot, space.arm.tool
+        springs, joint, share = space.arm.twists
+        self._point(tool.load_point)
+        markers = [self._point(marker) for marker in tool.markers]
+        margins = [self._margin(constraint) for constraint in space.constraints]
+        self.foreign = [c for c, m in enumerate(margins) if m.kind == MarginKind.FOREIGN]
+        m = robot.last
+        links = np.concatenate([robot.links[:m], robot.branches, robot.links[m:]])
+        loads = [_load(load) for load in (space.force, space.moment)]
+        self.columns = len(margins) + sum(load.cone for load in loads)
+        self.space = layout.PlainSpace(
+            variables=len(space.lower),
+            joints=len(robot.joints),
+            moving=len(robot.moving),
+            last=m,
+            links=memory.reals(links),
+            carriers=memory.integers(robot.carriers),
+            sliding=memory.integers(robot.sliding),
+            own=memory.integers(robot.place),
+            mixing=memory.reals(robot.mixing) if robot.followers else None,
+            standing=memory.reals(robot.standing),
+            twists=len(springs),
+            unknowns=space.parameters,
+            body=memory.integers(springs.body),
+            joint=memory.integers(joint),
+            axes=memory.reals(springs.axis),
+            origins=memory.reals(springs.origin),
+            slides=memory.integers(springs.prismatic),
+            share=None if share is None else memory.reals(share),
+            carried=memory.integers(np.searchsorted(springs.body, np.arange(1, m + 1))),
+            points=len(self._points),
+            locals=memory.reals(self._points),
+            markers=len(markers),
+            marker=memory.integers(markers),
+            directions=len(self._directions),
+            pointing=memory.reals(np.reshape(self._directions, (-1, 3))),
+            noise=_noise(space),
+            force=loads[0],
+            moment=loads[1],
+            margins=len(margins),
+            margin=memory.structures(margins),
+            solids=len(self._solids),
+            solid=memory.structures(self._solids),
+        )
+
+    def _point(self, point: Array) -> int:
+        return _placed(self._points, point)
+
+    def _margin(self, c: Constraint) -> layout.PlainMargin:
+        """The constraint as the core has it; FOREIGN if it is of another kind."""
+        kind = type(c)
+        if isinstance(c, Distinct) and kind is Distinct:
+            q = self._memory.reals([c.q, c.counts])
+            return layout.PlainMargin(kind=MarginKind.DISTINCT, bound=c.least, q=q)
+        if isinstance(c, JointLimit) and kind is JointLimit:
+            return layout.PlainMargin(
+                kind=MarginKind.JOINT_LIMIT, at=c.joint, sign=c.sign, bound=c.bound
+            )
+        if isinstance(c, HeldJoint) and kind is HeldJoint:
+            return layout.PlainMargin(kind=MarginKind.HELD_JOINT, at=c.joint, bound=c.value)
+        if isinstance(c, HalfSpace) and kind is HalfSpace:
+            return self._at(MarginKind.HALF_SPACE, c.point, place=c.normal, bound=c.offset)
+        if isinstance(c, MinRadius) and kind is MinRadius:
+            return self._at(MarginKind.MIN_RADIUS, c.point, bound=c.radius)
+        if isinstance(c, Elevation) and kind is Elevation:
+            return self._along(MarginKind.ELEVATION, c.axis, bound=c.limit)
+        if isinstance(c, Tilt) and kind is Tilt:
+            return self._along(MarginKind.TILT, c.axis, place=c.towards, bound=c.limit)
+        if isinstance(c, AcceptanceCone) and kind is AcceptanceCone:
+            margin = self._along(
+                MarginKind.ACCEPTANCE_CONE, c.axis, place=c.position, bound=c.limit
+            )
+            margin.at = self._point(c.point)
+            return margin
+        if isinstance(c, BeamRange | HeadElevation) and kind in (BeamRange, HeadElevation):
+            bounded = MarginKind.BEAM_RANGE if kind is BeamRange else MarginKind.HEAD_ELEVATION
+            return self._at(bounded, c.point, place=c.position, sign=c.sign, bound=c.bound)
+        if isinstance(c, HeadAzimuth) and kind is HeadAzimuth:
+            return self._at(
+                MarginKind.HEAD_AZIMUTH, c.point, place=c.position, bound=c.half, middle=c.middle
+            )
+        if isinstance(c, Clearance) and kind is Clearance and _is_known(c.pairs):
+            return layout.PlainMargin(
+                kind=MarginKind.CLEARANCE,
+                bound=c.keep,
+                horizon=c.keep + PLENTY,
+                pairs=self._memory.structures(self._pairs(c.pairs)),
+                count=len(c.pairs),
+            )
+        return layout.PlainMargin(kind=MarginKind.FOREIGN)
+
+    def _at(self, kind: MarginKind, point: Array, **numbers: Any) -> layout.PlainMargin:
+        numbers["place"] = tuple(numbers.get("place", (0.0, 0.0, 0.0)))
+        return layout.PlainMargin(kind=kind, at=self._point(point), **numbers)
+
+    def _along(self, kind: MarginKind, axis: Array, **numbers: Any) -> layout.PlainMargin:
+        numbers["place"] = tuple(numbers.get("place", (0.0, 0.0, 0.0)))
+        return layout.PlainMargin(kind=kind, along=_placed(self._directions, axis), **numbers)
+
+    def _pairs(self, pairs: Pairs) -> list[layout.PlainPair]:
+        start = len(self._solids)
+        for solid, ball in zip(pairs.solids, pairs.ball, strict=True):
+            segment = np.zeros(6) if solid.kind == "plane" else np.ravel(solid.segment)
+            self._solids.append(layout.PlainSolid(solid.body, tuple(segment), solid.radius, ball))
+        found = []
+        for first, second in pairs.index:
+            other = pairs.solids[second]
+            pair = layout.PlainPair(PairKind.SEGMENT, start + first, start + second)
+            if other.kind == "plane":
+                pair.kind, pair.pose = PairKind.PLANE, tuple(other.pose[:3].T.ravel())
+            found.append(pair)
+        return found
+
+
+def _placed(known: list[Array], wanted: Array) -> int:
+    """Where a vector is among those known; appended if it is new."""
+    for i, one in enumerate(known):
+        if np.array_equal(one, wanted):
+            return i
+    known.append(wanted)
+    return len(known) - 1
+
+
+def _is_known(pairs: Pairs) -> bool:
+    """Whether the core knows all that can be near: segments with a radius, and planes."""
+    used = {i for pair in pairs.index for i in pair}
+    plain = all(
+        s.kind == "plane" or (s.exact and not s.boxed and not len(s.faces))
+        for s in (pairs.solids[i] for i in used)
+    )
+    return plain and not pairs.faced.any()
+
+
+def _load(load: Load) -> layout.PlainLoad:
+    if isinstance(load, FixedVector):
+        return layout.PlainLoad(
+            kind=LoadKind.FIXED,
+            zero=int(not load.value.any()),
+            axis=tuple(load.value),
+            size=load.size,
+        )
+    if isinstance(load, FreeDirection):
+        return layout.PlainLoad(
+            kind=LoadKind.DIRECTION,
+            cone=int(load.is_cone),
+            size=load.largest,
+            half_angle=load.half_angle,
+            axis=tuple(load.axis),
+        )
+    return layout.PlainLoad(
+        kind=LoadKind.PLANE, size=load.largest, basis=tuple(load.basis.T.ravel())
+    )
+
+
+def _noise(space: Described) -> layout.PlainNoise:
+    instrument = space.instrument
+    rotation = instrument.sigma_rotation or 0.0
+    if isinstance(instrument, PoseProbe):
+        instrument = instrument.points
+    if isinstance(instrument, LaserTracker):
+        return layout.PlainNoise(
+            kind=1,
+            position=tuple(instrument.position),
+            along=instrument.along,
+            along_per_metre=instrument.along_per_metre,
+            across=instrument.across,
+            across_per_metre=instrument.across_per_metre,
+            rotation=rotation,
+        )
+    return layout.PlainNoise(kind=0, deviation=instrument.sigma, rotation=rotation)
