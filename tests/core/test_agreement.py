@@ -6,6 +6,7 @@ Pinocchio and differences where they are tested.
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
@@ -78,12 +79,13 @@ def test_rows_margins_and_gradients_of_any_space(
 
 @pytest.mark.parametrize("name", CONSTRAINTS)
 def test_every_kind_of_constraint(name: str) -> None:
-    """Also those that only Python knows: they are asked for."""
+    """Of those near solids many of these configurations are inside one."""
     space = replace(kr270(A0).space, constraints=[CONSTRAINTS[name]])
-    x = np.random.default_rng(0).uniform(-2.5, 2.5, (101, 6))
+    x = np.random.default_rng(0).uniform(-2.5, 2.5, (1001, 6))
     expected = LoadCaseEvaluation(space, x)
     weights = np.random.default_rng(1).normal(size=expected.margins.shape)
     for core in in_core(space):
+        assert not core.foreign
         found = core.evaluate(x)
         np.testing.assert_allclose(found.margins, expected.margins, rtol=0, atol=1e-11)
         none = np.zeros_like(expected.blocks)
@@ -204,6 +206,15 @@ def check_plans(space: LoadCaseSpace, criterion: Criterion, points: int) -> None
     problem = _Worth(Goal(plain, criterion, base), counts)
     for core in in_core(space):
         check(core.planning(counts, base, criterion), numpy_mover(problem, plain, points), x)
+
+
+def test_a_core_goes_to_another_process() -> None:
+    space = SPACES["cone"]
+    x = space.sample(5, np.random.default_rng(0))
+    for core in in_core(space):
+        there = pickle.loads(pickle.dumps(core))
+        assert there.library is core.library
+        np.testing.assert_array_equal(there.evaluate(x).blocks, core.evaluate(x).blocks)
 
 
 class Broken(Plain):

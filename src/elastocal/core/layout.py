@@ -36,6 +36,10 @@ class LoadKind(IntEnum):
     PLANE = 2
 
 
+MOST_FACES = 64
+"""Faces that a solid may have."""
+
+
 class MarginKind(IntEnum):
     """Kinds of constraints."""
 
@@ -51,7 +55,8 @@ class MarginKind(IntEnum):
     HEAD_AZIMUTH = 9
     DISTINCT = 10
     CLEARANCE = 11
-    FOREIGN = 12
+    LINE_OF_SIGHT = 12
+    FOREIGN = 13
 
 
 class PairKind(IntEnum):
@@ -85,9 +90,19 @@ class PlainLoad(ctypes.Structure):
 
 
 class PlainSolid(ctypes.Structure):
-    """A segment with a radius that one body carries."""
+    """A solid that one body carries."""
 
-    _fields_ = (("body", Int), ("ends", Real * 6), ("radius", Real), ("ball", Real))
+    _fields_ = (
+        ("body", Int),
+        ("ends", Real * 6),
+        ("radius", Real),
+        ("ball", Real),
+        ("faces", Int),
+        ("face", Pointer),
+        ("corners", Int),
+        ("corner", Pointer),
+        ("rounded", Real),
+    )
 
 
 class PlainPair(ctypes.Structure):
@@ -97,6 +112,7 @@ class PlainPair(ctypes.Structure):
         ("kind", Int),
         ("first", Int),
         ("second", Int),
+        ("faced", Int),
         ("pose", Real * 12),
         ("half", Real * 3),
     )

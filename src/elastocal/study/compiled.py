@@ -19,7 +19,7 @@ from elastocal.arrays import Array, IntArray
 from elastocal.constraints.base import Pull
 from elastocal.core import layout
 from elastocal.core.layout import Asked, Memory
-from elastocal.core.library import Library
+from elastocal.core.library import Library, levels
 from elastocal.design.criterion import Criterion
 from elastocal.design.lockstep import Batch
 from elastocal.measuring.instrument import Isotropic, LaserTracker, PoseProbe
@@ -57,6 +57,9 @@ class CompiledSpace:
         self._call = {name: library.function(name) for name in layout.SIGNATURES}
         for name, function in self._call.items():
             function.argtypes, function.restype = layout.SIGNATURES[name], layout.Int
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _here, (self.library.level, self.space)
 
     def evaluate(self, x: Array) -> CompiledEvaluation:
         """Rows in units of their noise, margins and gradients at design points (N, d)."""
@@ -101,6 +104,11 @@ class CompiledSpace:
             ctypes.byref(self._space), ctypes.byref(goal), ctypes.byref(batch), *orders
         )
         return stopped
+
+
+def _here(level: str, space: Described) -> CompiledSpace:
+    """The space in the core of this process: addresses are worth nothing in another one."""
+    return CompiledSpace(levels()[level], space)
 
 
 class CompiledEvaluation:

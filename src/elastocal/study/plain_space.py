@@ -24,11 +24,15 @@ from elastocal.constraints import (
     HeadElevation,
     HeldJoint,
     JointLimit,
+    LineOfSight,
     MinRadius,
     Tilt,
+    clearance,
+    line_of_sight,
 )
-from elastocal.constraints.clearance import PLENTY
 from elastocal.constraints.collision.distance import Pairs
+from elastocal.constraints.collision.shell import far_apart_first
+from elastocal.constraints.collision.solid import Solid
 from elastocal.core import layout
 from elastocal.core.layout import LoadKind, MarginKind, Memory, PairKind
 from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, Load
@@ -157,9 +161,21 @@ class PlainSpaceOf:
             return layout.PlainMargin(
                 kind=MarginKind.CLEARANCE,
                 bound=c.keep,
-                horizon=c.keep + PLENTY,
+                horizon=c.keep + clearance.PLENTY,
                 pairs=self._memory.structures(self._pairs(c.pairs)),
                 count=len(c.pairs),
+            )
+        if isinstance(c, LineOfSight) and kind is LineOfSight:
+            start = self._placed_solids(c.solids)
+            pairs = [_pair(0, start + s, solid) for s, solid in enumerate(c.solids)]
+            return self._at(
+                MarginKind.LINE_OF_SIGHT,
+                c.point,
+                place=c.position,
+                bound=c.radius,
+                horizon=c.radius + line_of_sight.PLENTY,
+                pairs=self._memory.structures(pairs),
+                count=len(pairs),
             )
         return layout.PlainMargin(kind=MarginKind.FOREIGN)
 
@@ -172,18 +188,42 @@ class PlainSpaceOf:
         return layout.PlainMargin(kind=kind, along=_placed(self._directions, axis), **numbers)
 
     def _pairs(self, pairs: Pairs) -> list[layout.PlainPair]:
-        start = len(self._solids)
-        for solid, ball in zip(pairs.solids, pairs.ball, strict=True):
-            segment = np.zeros(6) if solid.kind == "plane" else np.ravel(solid.segment)
-            self._solids.append(layout.PlainSolid(solid.body, tuple(segment), solid.radius, ball))
+        start = self._placed_solids(pairs.solids)
         found = []
-        for first, second in pairs.index:
-            other = pairs.solids[second]
-            pair = layout.PlainPair(PairKind.SEGMENT, start + first, start + second)
-            if other.kind == "plane":
-                pair.kind, pair.pose = PairKind.PLANE, tuple(other.pose[:3].T.ravel())
+        for (first, second), faced in zip(pairs.index, pairs.faced, strict=True):
+            pair = _pair(start + first, start + second, pairs.solids[second])
+            pair.faced = int(faced)
             found.append(pair)
         return found
+
+    def _placed_solids(self, solids: Sequence[Solid]) -> int:
+        """The number that the first of them has now."""
+        start = len(self._solids)
+        for solid in solids:
+            segment = solid.segment if len(solid.segment) else np.zeros((2, 3))
+            length = float(np.linalg.norm(segment[1] - segment[0]))
+            ball = float(np.linalg.norm(solid.half)) if solid.boxed else 0.5 * length + solid.radius
+            plain = layout.PlainSolid(solid.body, tuple(np.ravel(segment)), solid.radius, ball)
+            if solid.kind != "plane":
+                shell = solid.shell
+                plain.faces, plain.rounded = len(shell.faces), shell.radius
+                plain.face = self._memory.reals(shell.faces)
+                plain.corners = len(shell.corners)
+                plain.corner = self._memory.reals(far_apart_first(shell.corners))
+            self._solids.append(plain)
+        return start
+
+
+def _pair(first: int, second: int, other: Solid) -> layout.PlainPair:
+    """What a segment or a beam is near to."""
+    if other.kind == "plane":
+        pose = tuple(other.pose[:3].T.ravel())
+        return layout.PlainPair(kind=PairKind.PLANE, first=first, second=second, pose=pose)
+    if other.boxed:
+        pose = tuple(other.box_pose[:3].T.ravel())
+        half = tuple(other.half)
+        return layout.PlainPair(PairKind.BOX, first, second, 0, pose, half)
+    return layout.PlainPair(PairKind.SEGMENT, first, second)
 
 
 def _placed(known: list[Array], wanted: Array) -> int:
@@ -196,13 +236,8 @@ def _placed(known: list[Array], wanted: Array) -> int:
 
 
 def _is_known(pairs: Pairs) -> bool:
-    """Whether the core knows all that can be near: segments with a radius, and planes."""
-    used = {i for pair in pairs.index for i in pair}
-    plain = all(
-        s.kind == "plane" or (s.exact and not s.boxed and not len(s.faces))
-        for s in (pairs.solids[i] for i in used)
-    )
-    return plain and not pairs.faced.any()
+    """Whether the core knows all that can be near: there is no solid of another form inside."""
+    return pairs.closed and all(len(solid.faces) <= layout.MOST_FACES for solid in pairs.solids)
 
 
 def _load(load: Load) -> layout.PlainLoad:

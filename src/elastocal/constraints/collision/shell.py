@@ -125,13 +125,13 @@ def stacked(shells: Sequence[Shell]) -> Stack:
     for s, shell in enumerate(shells):
         normals[s, : len(shell.faces)] = shell.faces[:, :3]
         heights[s, : len(shell.faces)] = shell.faces[:, 3]
-        points[s] = np.resize(_far_apart_first(shell.corners), (corners, 3))
+        points[s] = np.resize(far_apart_first(shell.corners), (corners, 3))
     body = frozen([shell.body for shell in shells], np.int64)
     radius = frozen([shell.radius for shell in shells])
     return Stack(body, frozen(normals), frozen(heights), frozen(points), radius)
 
 
-def _far_apart_first(points: Array) -> Array:
+def far_apart_first(points: Array) -> Array:
     """The same points, at the beginning `_SENTINELS` that are far apart."""
     away = np.linalg.norm(points - points.mean(axis=0), axis=1)
     chosen: list[int] = []

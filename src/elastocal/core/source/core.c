@@ -6,7 +6,7 @@
 #include "lockstep.h"
 
 /* Raised with every change of what is exported; `VERSION` in library.py is the same number. */
-#define VERSION 2
+#define VERSION 3
 
 EXPORT int NAMED(core_version)(void);
 EXPORT int64_t NAMED(evaluate)(const Space *s, int64_t count, const double *x, double *rows,

@@ -76,9 +76,219 @@ INLINE Nearest from_plane(vector a, vector b, const double *pose) {
     return n;
 }
 
+/* How deep a segment is in a box, which way out (of the segment) and its deepest point; all in
+ * the frame of the box. */
+static lanes depth_in_box(vector start, vector along, const double *half, vector *normal,
+                          vector *point) {
+    vector middle = plus(start, times(every(0.5), along)), reach = times(every(0.5), along);
+    lanes least = 1e-9 * (1.0 + root(dot(along, along))), best = every(INFINITY);
+    lanes t = every(0.0);
+    for (int i = 0; i < 6; i++) {
+        const double unit[] = {i % 3 == 0, i % 3 == 1, i % 3 == 2};
+        vector axis = constant(unit);
+        if (i > 2) axis = cross(axis, along);
+        lanes size = root(dot(axis, axis));
+        mask flat = size < least;
+        axis = times(1.0 / pick(flat, every(1.0), size), axis);
+        lanes offset = dot(axis, middle);
+        axis = times(pick(offset < 0.0, every(-1.0), every(1.0)), axis);
+        lanes overlap = size_of(axis.x) * half[0] + size_of(axis.y) * half[1] +
+                        size_of(axis.z) * half[2] + size_of(dot(axis, reach)) - size_of(offset);
+        mask better = ~flat & (overlap < best);
+        if (!any(better)) continue;
+        best = pick(better, overlap, best);
+        *normal = pick_vector(better, axis, *normal);
+        /* A face is met by an end of the segment, an edge of the box somewhere along it. */
+        lanes where = pick(dot(axis, along) > 0.0, every(0.0), every(1.0));
+        if (i > 2) {
+            vector side = cross(axis, constant(unit));
+            vector corner = {pick(axis.x < 0.0, every(-half[0]), every(half[0])),
+                             pick(axis.y < 0.0, every(-half[1]), every(half[1])),
+                             pick(axis.z < 0.0, every(-half[2]), every(half[2]))};
+            lanes over = dot(side, along);
+            lanes met = dot(side, minus(corner, start)) / pick(over == 0.0, every(1.0), over);
+            where = share(met);
+        }
+        t = pick(better, where, t);
+    }
+    *point = plus(start, times(t, along));
+    return best;
+}
+
+INLINE vector in_box(vector v, const double *half) {
+    return (vector){between(v.x, every(-half[0]), every(half[0])),
+                    between(v.y, every(-half[1]), every(half[1])),
+                    between(v.z, every(-half[2]), every(half[2]))};
+}
+
+/* Out of the frame of a pose, but for its origin. */
+INLINE vector turned_back(const double *pose, vector v) {
+    return plus(plus(times(v.x, constant(pose)), times(v.y, constant(pose + 3))),
+                times(v.z, constant(pose + 6)));
+}
+INLINE vector turned_into(const double *pose, vector v) {
+    return (vector){dot(constant(pose), v), dot(constant(pose + 3), v), dot(constant(pose + 6), v)};
+}
+
+/* A segment from a box. The squared distance along the segment is convex and piecewise
+ * quadratic: its slope passes through zero between two of at most eight places. */
+static Nearest from_box(vector a, vector b, const double *pose, const double *half) {
+    vector centre = constant(pose + 9);
+    vector start = turned_into(pose, minus(a, centre)), end = turned_into(pose, minus(b, centre));
+    vector along = minus(end, start);
+    const lanes begin[] = {start.x, start.y, start.z}, way[] = {along.x, along.y, along.z};
+    lanes left = every(0.0), right = every(1.0), low = left, high = right;
+    for (int i = 0; i < 8; i++) {
+        lanes knot = every(i == 7);
+        if (i < 6) {
+            knot = ((i < 3 ? half[i] : -half[i - 3]) - begin[i % 3]) / way[i % 3];
+            knot = share(pick(finite(knot), knot, every(0.0)));
+        }
+        vector x = plus(start, times(knot, along));
+        lanes slope = dot(along, minus(x, in_box(x, half)));
+        mask falling = slope < 0.0;
+        mask lower = falling & (knot >= left), upper = ~falling & (knot <= right);
+        left = pick(lower, knot, left), low = pick(lower, slope, low);
+        right = pick(upper, knot, right), high = pick(upper, slope, high);
+    }
+    /* No place where it falls: the start is nearest; none where it rises: the end. */
+    lanes rise = high - low;
+    lanes t = left + share(pick(rise > 0.0, -low / rise, every(0.0))) * (right - left);
+    t = pick(low < 0.0, t, every(0.0));
+    Nearest n;
+    vector point = plus(start, times(t, along)), inside = in_box(point, half);
+    vector gap = minus(point, inside);
+    n.distance = root(dot(gap, gap));
+    mask hit = n.distance < 1e-12;
+    n.normal = times(1.0 / pick(hit, every(1.0), n.distance), gap);
+    if (any(hit)) {
+        vector out = n.normal, deepest = point;
+        lanes depth = depth_in_box(start, along, half, &out, &deepest);
+        n.distance = pick(hit, -depth, n.distance);
+        n.normal = pick_vector(hit, out, n.normal);
+        point = pick_vector(hit, deepest, point);
+        inside = pick_vector(hit, plus(deepest, times(depth, out)), inside);
+    }
+    n.first = plus(turned_back(pose, point), centre);
+    n.second = plus(turned_back(pose, inside), centre);
+    n.normal = turned_back(pose, n.normal);
+    return n;
+}
+
+/* How high all of `two` is over the best face of `one`: raises `gap` where it is more, with the
+ * corner and the point below it. What exceeds `enough` is not looked at further. */
+static mask over_faces(const Place *p, const Solid *one, const Solid *two,
+                       lanes *gap, lanes enough, vector *foot, vector *normal) {
+    const frame *own = &p->bodies[one->body], *other = &p->bodies[two->body];
+    vector apart = minus(other->o, own->o);
+    vector shift = {dot(own->x, apart), dot(own->y, apart), dot(own->z, apart)};
+    /* The axes of the other's body as seen from the own. */
+    vector x = {dot(own->x, other->x), dot(own->y, other->x), dot(own->z, other->x)};
+    vector y = {dot(own->x, other->y), dot(own->y, other->y), dot(own->z, other->y)};
+    vector z = {dot(own->x, other->z), dot(own->y, other->z), dot(own->z, other->z)};
+    lanes most[MOST_FACES];
+    for (int64_t f = 0; f < one->faces; f++) {
+        vector n = constant(one->face + 4 * f);
+        vector seen = {dot(n, x), dot(n, y), dot(n, z)};
+        lanes least = every(INFINITY);
+        for (int64_t k = 0; k < two->corners && k < SENTINELS; k++)
+            least = smaller(dot(seen, constant(two->corner + 3 * k)), least);
+        most[f] = least + dot(n, shift) - (one->face[4 * f + 3] + two->rounded);
+    }
+    mask raised = {0};
+    vector face = {*gap, *gap, *gap}, corner = face;
+    for (;;) {
+        mask open = *gap < enough;
+        double promise = 0.0;
+        int64_t chosen = -1;
+        for (int64_t f = 0; f < one->faces; f++) {
+            lanes more = pick(open, most[f] - *gap, every(0.0));
+            for (int i = 0; i < LANES; i++)
+                if (more[i] > promise) promise = more[i], chosen = f;
+        }
+        if (chosen < 0) break;
+        vector n = constant(one->face + 4 * chosen);
+        vector seen = {dot(n, x), dot(n, y), dot(n, z)}, lowest = n;
+        lanes least = every(INFINITY);
+        for (int64_t k = 0; k < two->corners; k++) {
+            vector local = constant(two->corner + 3 * k);
+            lanes height = dot(seen, local);
+            lowest = pick_vector(height < least, local, lowest);
+            least = smaller(height, least);
+        }
+        lanes height = least + dot(n, shift) - (one->face[4 * chosen + 3] + two->rounded);
+        mask better = open & (height > *gap);
+        *gap = pick(better, height, *gap);
+        face = pick_vector(better, n, face);
+        corner = pick_vector(better, lowest, corner);
+        raised |= better;
+        most[chosen] = every(-INFINITY);
+    }
+    if (!any(raised)) return raised;
+    *normal = plus(plus(times(face.x, own->x), times(face.y, own->y)), times(face.z, own->z));
+    vector at = plus(plus(times(corner.x, other->x), times(corner.y, other->y)),
+                     plus(times(corner.z, other->z), other->o));
+    *foot = minus(at, times(*gap + two->rounded, *normal));
+    return raised;
+}
+
+/* What faces show of two solids beyond what capsules and boxes do. */
+static void part_by_faces(const Space *s, const Place *p, const Pair *pair, lanes enough,
+                          Nearest *n) {
+    const Solid *one = &s->solid[pair->first], *two = &s->solid[pair->second];
+    vector foot, normal;
+    mask raised = over_faces(p, one, two, &n->distance, enough, &foot, &normal);
+    if (any(raised)) {
+        n->first = pick_vector(raised, foot, n->first);
+        n->second = pick_vector(raised, plus(foot, times(n->distance, normal)), n->second);
+        n->normal = pick_vector(raised, times(every(-1.0), normal), n->normal);
+    }
+    raised = over_faces(p, two, one, &n->distance, enough, &foot, &normal);
+    if (any(raised)) {
+        n->first = pick_vector(raised, plus(foot, times(n->distance, normal)), n->first);
+        n->second = pick_vector(raised, foot, n->second);
+        n->normal = pick_vector(raised, normal, n->normal);
+    }
+}
+
+/* From a plane the lowest corner is the nearest. */
+static void lift_by_corners(const Place *p, const Solid *one, const double *pose, Nearest *n) {
+    const frame *f = &p->bodies[one->body];
+    vector up = constant(pose + 6), origin = constant(pose + 9), lowest = up;
+    vector seen = {dot(f->x, up), dot(f->y, up), dot(f->z, up)};
+    lanes least = every(INFINITY);
+    for (int64_t k = 0; k < one->corners; k++) {
+        vector local = constant(one->corner + 3 * k);
+        lanes height = dot(seen, local);
+        lowest = pick_vector(height < least, local, lowest);
+        least = smaller(height, least);
+    }
+    lanes distance = least + dot(up, minus(f->o, origin)) - one->rounded;
+    mask higher = distance > n->distance;
+    if (!any(higher)) return;
+    vector at = plus(plus(times(lowest.x, f->x), times(lowest.y, f->y)),
+                     plus(times(lowest.z, f->z), f->o));
+    at = minus(at, times(every(one->rounded), up));
+    n->first = pick_vector(higher, at, n->first);
+    n->second = pick_vector(higher, minus(at, times(distance, up)), n->second);
+    n->distance = pick(higher, distance, n->distance);
+}
+
+/* The piece of a beam from a tracker that is watched. */
+INLINE void watched(const double *position, vector at, vector *start, vector *end) {
+    lanes length;
+    *start = constant(position);
+    vector beam = minus(at, *start);
+    length = larger(root(dot(beam, beam)), every(1e-9));
+    *end = plus(*start, times(larger(length - NEAR_MARKER, every(0.0)) / length, beam));
+}
+
 /* The least signed distance of the pairs of a margin, at most its horizon; `nearest` may be 0. */
 static lanes nearest_pair(const Space *s, const Margin *g, const Place *p, Nearest *nearest) {
     lanes best = every(g->horizon);
+    const int beaming = g->kind == LINE_OF_SIGHT;
+    vector start, end;
+    if (beaming) watched(g->place, p->at[g->at], &start, &end);
     if (nearest) {
         memset(nearest, 0, sizeof *nearest);
         nearest->distance = best;
@@ -87,24 +297,46 @@ static lanes nearest_pair(const Space *s, const Margin *g, const Place *p, Neare
     for (int64_t k = 0; k < g->count; k++) {
         const Pair *pair = &g->pairs[k];
         const Solid *one = &s->solid[pair->first], *two = &s->solid[pair->second];
-        vector a = p->ends[2 * pair->first], b = p->ends[2 * pair->first + 1];
+        vector a = beaming ? start : p->ends[2 * pair->first];
+        vector b = beaming ? end : p->ends[2 * pair->first + 1];
+        lanes radius = every(beaming ? 0.0 : one->radius);
         Nearest n;
         if (pair->kind == A_PLANE) {
             n = from_plane(a, b, pair->pose);
         } else {
-            vector c = p->ends[2 * pair->second], d = p->ends[2 * pair->second + 1];
-            vector apart = times(every(0.5), minus(plus(a, b), plus(c, d)));
-            lanes reach = best + (one->ball + two->ball);
+            /* Balls first: those beyond what is known are left. */
+            vector middle = times(every(0.5), plus(p->ends[2 * pair->second],
+                                                   p->ends[2 * pair->second + 1]));
+            if (pair->kind == A_BOX) middle = constant(pair->pose + 9);
+            vector apart;
+            lanes reach;
+            if (beaming) {
+                vector way = minus(b, a), off = minus(middle, a);
+                lanes t = share(dot(way, off) / larger(dot(way, way), every(1e-12)));
+                apart = minus(off, times(t, way));
+                reach = best + two->ball;
+            } else {
+                apart = minus(times(every(0.5), plus(a, b)), middle);
+                reach = best + (one->ball + two->ball);
+            }
             if (!any((reach > 0.0) & (dot(apart, apart) < reach * reach))) continue;
-            n = between_segments(a, b, c, d);
-            n.distance -= two->radius;
-            n.second = plus(n.second, times(every(two->radius), n.normal));
+            if (pair->kind == A_BOX) {
+                n = from_box(a, b, pair->pose, pair->half);
+            } else {
+                n = between_segments(a, b, p->ends[2 * pair->second],
+                                     p->ends[2 * pair->second + 1]);
+                n.distance -= two->radius;
+                n.second = plus(n.second, times(every(two->radius), n.normal));
+            }
         }
-        n.distance -= one->radius;
+        n.distance -= radius;
+        if (!any(n.distance < best)) continue;
+        n.first = minus(n.first, times(radius, n.normal));
+        if (pair->faced && pair->kind == A_PLANE) lift_by_corners(p, one, pair->pose, &n);
+        if (pair->faced && pair->kind != A_PLANE) part_by_faces(s, p, pair, best, &n);
         mask nearer = n.distance < best;
         best = pick(nearer, n.distance, best);
         if (nearest && any(nearer)) {
-            n.first = minus(n.first, times(every(one->radius), n.normal));
             nearest->distance = best;
             nearest->pair = pick(nearer, every((double)k), nearest->pair);
             nearest->first = pick_vector(nearer, n.first, nearest->first);
@@ -116,17 +348,31 @@ static lanes nearest_pair(const Space *s, const Margin *g, const Place *p, Neare
 }
 
 /* Adds the gradient of that distance times `weight`, as wrenches on the bodies. Both points are
- * held fixed to their bodies: an envelope theorem. */
-static void pull_nearest(const Space *s, const Margin *g, const Nearest *n, lanes weight,
+ * held fixed, to their bodies or to a share of the beam: an envelope theorem. */
+static void pull_nearest(const Space *s, const Margin *g, const Place *p, lanes weight,
                          wrench *on) {
+    Nearest n;
+    nearest_pair(s, g, p, &n);
+    weight = pick(n.pair >= 0.0, weight, every(0.0));
+    if (g->kind == LINE_OF_SIGHT) {
+        vector at = p->at[g->at], start = constant(g->place), beam = minus(at, start);
+        lanes length = larger(root(dot(beam, beam)), every(1e-9));
+        vector unit = times(1.0 / length, beam), force = times(weight, n.normal);
+        /* The watched end is a fixed way before the marker, along a beam that turns. */
+        lanes end = larger(length - NEAR_MARKER, every(1e-9));
+        lanes part = dot(minus(n.first, start), unit) / end;
+        vector along = times(dot(unit, force), unit);
+        force = plus(along, times(end / length, minus(force, along)));
+        push(&on[s->last], at, times(part, force));
+    }
     for (int64_t k = 0; k < g->count; k++) {
-        mask here = (n->pair == (double)k) & (weight != 0.0);
+        mask here = (n.pair == (double)k) & (weight != 0.0);
         if (!any(here)) continue;
         const Pair *pair = &g->pairs[k];
-        vector force = times(pick(here, weight, every(0.0)), n->normal);
-        push(&on[s->solid[pair->first].body], n->first, force);
-        if (pair->kind == A_SEGMENT)
-            push(&on[s->solid[pair->second].body], n->second, times(every(-1.0), force));
+        vector force = times(pick(here, weight, every(0.0)), n.normal);
+        if (g->kind != LINE_OF_SIGHT) push(&on[s->solid[pair->first].body], n.first, force);
+        if (pair->kind != A_PLANE)
+            push(&on[s->solid[pair->second].body], n.second, times(every(-1.0), force));
     }
 }
 

@@ -73,7 +73,8 @@ static lanes margin_at(const Space *s, const Margin *g, const Place *p) {
         }
         return root(sum) - g->bound;
     }
-    case CLEARANCE: return nearest_pair(s, g, p, 0) - g->bound;
+    case CLEARANCE:
+    case LINE_OF_SIGHT: return nearest_pair(s, g, p, 0) - g->bound;
     default: return every(0.0);
     }
 }
@@ -147,12 +148,8 @@ static void pull_margin(const Space *s, const Margin *g, const Place *p, lanes w
             gradient[j] += way_from(s, g, p, j) * (weight / distance);
         return;
     }
-    case CLEARANCE: {
-        Nearest found;
-        nearest_pair(s, g, p, &found);
-        pull_nearest(s, g, &found, weight, on);
-        return;
-    }
+    case CLEARANCE:
+    case LINE_OF_SIGHT: pull_nearest(s, g, p, weight, on); return;
     default: return;
     }
 }

@@ -35,15 +35,22 @@ enum {
     HEAD_AZIMUTH,
     DISTINCT,
     CLEARANCE,
+    LINE_OF_SIGHT,
     FOREIGN, /* known to Python alone */
 };
 
-/* A segment with a radius that one body carries. */
+/* A solid that one body carries: within a radius of a segment, and of the hull of its corners
+ * within another one; below its faces. */
 typedef struct {
     int64_t body;
     double ends[6]; /* start, end, in the frame of the body */
     double radius;
-    double ball; /* radius of the ball around it */
+    double ball;    /* radius of the ball around it */
+    int64_t faces;
+    const double *face; /* (faces, 4) unit normals and heights */
+    int64_t corners;
+    const double *corner; /* (corners, 3) far apart ones first */
+    double rounded;       /* the radius about the corners */
 } Solid;
 
 /* What a segment is near to. */
@@ -51,10 +58,15 @@ enum { A_SEGMENT, A_PLANE, A_BOX };
 
 typedef struct {
     int64_t kind;
-    int64_t first, second; /* solids; the second only of two segments */
+    int64_t first, second; /* solids; a beam has no first, a plane no second */
+    int64_t faced;         /* faces may show more distance than capsules and boxes do */
     double pose[12];       /* PLANE, BOX: the axes one by one, then the origin */
     double half[3];        /* BOX: half its sides */
 } Pair;
+
+#define MOST_FACES 64
+#define SENTINELS 8         /* corners that tell which face promises most */
+#define NEAR_MARKER 0.05    /* constraints/line_of_sight.py: of the beam, not watched */
 
 typedef struct {
     int64_t kind;
