@@ -57,7 +57,8 @@ docs: $(VENV)/.dev                 ## the examples in the documentation, run
 	$(BIN)/python -m pytest tests/test_docs.py
 
 core: | $(VENV)/bin/python         ## compile the C code; the other targets do when it has changed
-	$(BIN)/python hatch_build.py
+	@rm -f build/.core && mkdir -p build
+	$(BIN)/python hatch_build.py && touch build/.core
 
 sanitize: $(VENV)/.dev             ## tests of the core, where C code that reads astray is an error
 	rm -rf $(SANITIZED) && mkdir -p $(SANITIZED) && cp -r src/elastocal $(SANITIZED)

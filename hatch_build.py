@@ -14,6 +14,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -91,8 +92,12 @@ def compiled(folder: Path) -> Path:
         objects["v3.o"] = ["core.c", *V3]
     ending = "dll" if "_WIN32" in target else "dylib" if "__APPLE__" in target else "so"
     with TemporaryDirectory() as made:
-        for name, (file, *flags) in objects.items():
-            run([*compiler, *flags, "-c", str(source / file), "-o", f"{made}/{name}"])
+        commands = [
+            [*compiler, *flags, "-c", str(source / file), "-o", f"{made}/{name}"]
+            for name, (file, *flags) in objects.items()
+        ]
+        with ThreadPoolExecutor() as at_once:
+            list(at_once.map(run, commands))
         library = Path(made) / f"libcore.{ending}"
         parts = [f"{made}/{name}" for name in objects]
         run([*compiler, "-shared", *parts, "-lm", "-o", str(library)])

@@ -20,9 +20,14 @@ needs_none = pytest.mark.skipif(find_spec("ziglang") is not None, reason="ziglan
 
 
 def plain(**more: str) -> dict[str, str]:
-    """The environment without wishes, nor the sanitizer under which the tests may run."""
+    """The environment without wishes, nor the sanitizer under which the tests may run.
+
+    What is compiled here need not be fast, so it is compiled quickly.
+    """
     wishes = ("ELASTOCAL_CORE", "CC", "CFLAGS", "LD_PRELOAD", "PYTHONPATH")
-    return {name: value for name, value in os.environ.items() if name not in wishes} | more
+    return {name: value for name, value in os.environ.items() if name not in wishes} | (
+        {"CFLAGS": "-O0"} | more
+    )
 
 
 def build(
