@@ -265,14 +265,11 @@ def _distinct(
     root = square_root(gradient)
     features = information(space.evaluate(x[order]).blocks) @ root
     features = features.reshape(len(order), -1)
+    size = np.linalg.norm(features, axis=1)
     kept: list[int] = []
     for i in range(len(order)):
-        near = [
-            j
-            for j in kept
-            if np.linalg.norm(features[i] - features[j]) < 1e-3 * np.linalg.norm(features[j])
-        ]
-        if not near:
+        apart = np.linalg.norm(features[kept] - features[i], axis=1)
+        if not (apart < 1e-3 * size[kept]).any():
             kept.append(i)
         if len(kept) == most:
             break

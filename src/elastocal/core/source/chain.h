@@ -242,105 +242,118 @@ INLINE void push(wrench *w, vector at, vector force) {
     w->moment = plus(w->moment, cross(at, force));
 }
 
-/* Memory of `pull`, in lanes. */
+/* Sums over the twists before one: what they push a point with, the moment of that about the base,
+ * and what turns them. */
+typedef struct {
+    vector force, moment, bent;
+} Sums;
+
+/* Memory of `pull`, in lanes, besides the wrenches. */
 static int64_t pull_size(const Space *s) {
-    return 6 * (s->moving + 2) + 9 * (s->twists + 1) + 3 * s->points + 3 * s->points * s->unknowns +
-           4 * s->unknowns + s->moving;
+    return 9 * (s->twists + 1) + s->moving +
+           (s->share ? 3 * (s->points + 1) * s->unknowns : 0) + 3 * s->points;
+}
+
+/* The next sums, with a twist of which the gradients in the velocities it gives to the points are
+ * `point_bar`, and that in its axis by which it turns the flange `turn_bar`. */
+INLINE Sums summed(const Space *s, const Place *p, int64_t t, const vector *point_bar,
+                   vector turn_bar, const Sums *before) {
+    const vector axis = p->axes[t], origin = p->origins[t];
+    const vector zero = {every(0.0), every(0.0), every(0.0)};
+    vector axis_bar = zero, pushed = zero, turns = zero;
+    if (s->slides[t]) {
+        for (int64_t i = 0; i < s->points; i++) axis_bar = plus(axis_bar, point_bar[i]);
+        turns = cross(axis, axis_bar);
+    } else {
+        axis_bar = turn_bar;
+        for (int64_t i = 0; i < s->points; i++) {
+            vector arm = minus(p->at[i], origin), arm_bar = cross(point_bar[i], axis);
+            axis_bar = plus(axis_bar, cross(arm, point_bar[i]));
+            turns = plus(turns, cross(arm, arm_bar));
+            pushed = plus(pushed, arm_bar);
+        }
+    }
+    Sums after;
+    after.force = plus(before->force, pushed);
+    after.moment = before->moment;
+    if (!s->slides[t]) {
+        after.moment = plus(after.moment, plus(turns, cross(origin, pushed)));
+        turns = plus(turns, cross(axis, axis_bar));
+    }
+    after.bent = plus(before->bent, turns);
+    return after;
 }
 
 /* Adds the gradient in the design variables to `gradient` (d).
  *
- * bars: (targets, p) gradient in the rows in units of the noise, or 0; changed.
+ * bars: (targets, p) gradient in the rows in units of the noise, or 0.
  * on: (moving + 2) gradients in points of the bodies, as wrenches on them; changed.
- * memory: pull_size() lanes less 6 (moving + 2).
+ * memory: pull_size() lanes.
  */
-static void pull(const Space *s, const Place *p, vector *bars, wrench *on, lanes *memory,
+static void pull(const Space *s, const Place *p, const vector *bars, wrench *on, lanes *memory,
                  lanes *gradient) {
     const int64_t unknowns = s->unknowns, n = s->joints;
     const vector zero = {every(0.0), every(0.0), every(0.0)};
-    /* Sums over the twists before: force, its moment about the base, and what is turned. */
-    vector *force = (vector *)memory;
-    vector *moment = force + s->twists + 1;
-    vector *bent = moment + s->twists + 1;
-    vector *point_bar = bent + s->twists + 1; /* (points) of one twist */
-    vector *velocity_bar = point_bar + s->points;
-    vector *turn_bar = velocity_bar + s->points * unknowns;
-    lanes *exerted_bar = (lanes *)(turn_bar + unknowns);
-    lanes *along = exerted_bar + unknowns;
+    Sums *sums = (Sums *)memory; /* (T + 1) */
+    lanes *along = memory + 9 * (s->twists + 1);
+    vector *point_bar = (vector *)(along + s->moving); /* of one unknown, or of one twist */
+    vector *velocity_bar = point_bar + s->points;      /* (points + 1, p) if twists share them */
     if (bars) {
-        wrench *flange = &on[s->last];
-        for (int64_t m = 0; m < s->markers; m++) {
-            vector bar_at = zero;
-            for (int64_t u = 0; u < unknowns; u++) {
-                vector *bar = &bars[m * unknowns + u];
-                if (s->noise.kind == TRACKER) {
-                    vector row = times(p->exerted[u], p->velocity[s->marker[m] * unknowns + u]);
-                    bar_at = plus(bar_at, pull_whitened(s, p, m, row, *bar));
-                }
-                *bar = whitened(s, p, m, *bar);
-            }
-            if (s->noise.kind == TRACKER) push(flange, p->at[s->marker[m]], bar_at);
-        }
+        const int tracking = s->noise.kind == TRACKER;
         const vector *rotation = s->noise.rotation > 0.0 ? bars + s->markers * unknowns : 0;
-        for (int64_t i = 1; i < s->points; i++)
-            for (int64_t u = 0; u < unknowns; u++) velocity_bar[i * unknowns + u] = zero;
+        const lanes scale = every(1.0 / s->noise.deviation);
         vector force_bar = zero, moment_bar = zero;
+        sums[0] = (Sums){zero, zero, zero};
         for (int64_t u = 0; u < unknowns; u++) {
+            const lanes exerted = p->exerted[u];
             lanes bar = every(0.0);
-            for (int64_t m = 0; m < s->markers; m++)
-                bar += dot(p->velocity[s->marker[m] * unknowns + u], bars[m * unknowns + u]);
-            turn_bar[u] = zero;
+            vector turn_bar = zero;
+            for (int64_t i = 0; i < s->points; i++) point_bar[i] = zero;
+            for (int64_t m = 0; m < s->markers; m++) {
+                vector velocity = p->velocity[s->marker[m] * unknowns + u];
+                vector given = bars[m * unknowns + u], plain;
+                if (tracking) {
+                    plain = whitened(s, p, m, given);
+                    vector moved = pull_whitened(s, p, m, times(exerted, velocity), given);
+                    push(&on[s->last], p->at[s->marker[m]], moved);
+                } else {
+                    plain = times(scale, given);
+                }
+                bar += dot(velocity, plain);
+                vector *to = &point_bar[s->marker[m]];
+                *to = plus(*to, times(exerted, plain));
+            }
             if (rotation) {
                 vector given = times(every(1.0 / s->noise.rotation), rotation[u]);
                 bar += dot(p->turn[u], given);
-                turn_bar[u] = times(p->exerted[u], given);
+                turn_bar = times(exerted, given);
             }
-            if (!s->moment.zero) turn_bar[u] = plus(turn_bar[u], times(bar, p->moment));
-            exerted_bar[u] = bar;
-            velocity_bar[u] = times(bar, p->force);
+            if (!s->moment.zero) turn_bar = plus(turn_bar, times(bar, p->moment));
+            point_bar[0] = plus(point_bar[0], times(bar, p->force));
             force_bar = plus(force_bar, times(bar, p->velocity[u]));
             moment_bar = plus(moment_bar, times(bar, p->turn[u]));
-            for (int64_t m = 0; m < s->markers; m++) {
-                vector *to = &velocity_bar[s->marker[m] * unknowns + u];
-                *to = plus(*to, times(p->exerted[u], bars[m * unknowns + u]));
+            if (!s->share) {
+                sums[u + 1] = summed(s, p, u, point_bar, turn_bar, &sums[u]);
+                continue;
             }
+            velocity_bar[u] = turn_bar;
+            for (int64_t i = 0; i < s->points; i++)
+                velocity_bar[(i + 1) * unknowns + u] = point_bar[i];
         }
         pull_load(&s->force, p->x + n, force_bar, gradient + n);
         int64_t k = n + variables_of(&s->force);
         pull_load(&s->moment, p->x + k, moment_bar, gradient + k);
-        force[0] = moment[0] = bent[0] = zero;
-        for (int64_t t = 0; t < s->twists; t++) {
-            vector axis_bar = zero, pushed = zero, lifted = zero, turns = zero;
-            for (int64_t i = 0; i < s->points; i++) {
-                if (!s->share) {
-                    point_bar[i] = velocity_bar[i * unknowns + t];
-                    continue;
-                }
-                point_bar[i] = zero;
-                for (int64_t u = 0; u < unknowns; u++)
-                    point_bar[i] = plus(point_bar[i], times(every(s->share[t * unknowns + u]),
-                                                            velocity_bar[i * unknowns + u]));
+        for (int64_t t = 0; s->share && t < s->twists; t++) {
+            vector turn_bar = zero;
+            for (int64_t i = 0; i < s->points; i++) point_bar[i] = zero;
+            for (int64_t u = 0; u < unknowns; u++) {
+                const lanes way = every(s->share[t * unknowns + u]);
+                turn_bar = plus(turn_bar, times(way, velocity_bar[u]));
+                for (int64_t i = 0; i < s->points; i++)
+                    point_bar[i] = plus(point_bar[i],
+                                        times(way, velocity_bar[(i + 1) * unknowns + u]));
             }
-            if (s->slides[t]) {
-                for (int64_t i = 0; i < s->points; i++) axis_bar = plus(axis_bar, point_bar[i]);
-            } else {
-                if (!s->share) axis_bar = turn_bar[t];
-                for (int64_t u = 0; s->share && u < unknowns; u++)
-                    axis_bar = plus(axis_bar,
-                                    times(every(s->share[t * unknowns + u]), turn_bar[u]));
-                for (int64_t i = 0; i < s->points; i++) {
-                    vector arm = minus(p->at[i], p->origins[t]);
-                    vector arm_bar = cross(point_bar[i], p->axes[t]);
-                    axis_bar = plus(axis_bar, cross(arm, point_bar[i]));
-                    turns = plus(turns, cross(arm, arm_bar));
-                    pushed = plus(pushed, arm_bar);
-                    lifted = plus(lifted, cross(p->at[i], arm_bar));
-                }
-            }
-            turns = plus(turns, cross(p->axes[t], axis_bar));
-            force[t + 1] = plus(force[t], pushed);
-            moment[t + 1] = plus(moment[t], lifted);
-            bent[t + 1] = plus(bent[t], turns);
+            sums[t + 1] = summed(s, p, t, point_bar, turn_bar, &sums[t]);
         }
     }
     for (int64_t j = s->moving - 1; j >= 0; j--) {
@@ -351,8 +364,9 @@ static void pull(const Space *s, const Place *p, vector *bars, wrench *on, lanes
         carrier->moment = plus(carrier->moment, w.moment);
         if (bars && j < s->last) {
             int64_t k = s->carried[j];
-            w.force = plus(w.force, force[k]);
-            w.moment = plus(w.moment, plus(moment[k], minus(bent[s->twists], bent[k])));
+            w.force = plus(w.force, sums[k].force);
+            w.moment = plus(w.moment, sums[k].moment);
+            w.moment = plus(w.moment, minus(sums[s->twists].bent, sums[k].bent));
         }
         along[j] = s->sliding[j] ? dot(f->z, w.force)
                                  : dot(f->z, minus(w.moment, cross(f->o, w.force)));

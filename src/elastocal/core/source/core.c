@@ -63,7 +63,9 @@ EXPORT int64_t NAMED(pull)(const Space *s, int64_t count, const double *x, const
                            const double *weights, double *gradient) {
     const int64_t width = targets(s), unknowns = s->unknowns, c = margins_of(s), d = s->variables;
     void *block;
-    lanes *memory = aligned(place_size(s) + pull_size(s) + 3 * width * unknowns + c + d, &block);
+    lanes *memory = aligned(place_size(s) + pull_size(s) + 6 * (s->moving + 2) +
+                                3 * width * unknowns + c + d,
+                            &block);
     if (!memory) return -1;
     Place p = place_in(s, memory);
     memory += place_size(s);

@@ -53,6 +53,7 @@ typedef struct {
     lanes value, merit, checkpoint, fresh, length, gain;
     /* The point that is tried. */
     lanes *tried, *moved, *tried_margins, *tried_gradient, *weights, *total, *v;
+    vector *images; /* (targets, R) rows V of the one point of a climb */
     lanes tried_value, tried_merit, slope;
     Place *places; /* (s) */
 } Group;
@@ -71,14 +72,14 @@ typedef struct {
 static int64_t group_size(const Run *r) {
     const int64_t s = r->goal->points, p = r->space->unknowns, size = r->size;
     return 6 * size + 6 * r->margins + size * (size + 1) / 2 + s + p * p + p * r->width +
-           s * place_size(r->space);
+           3 * targets(r->space) * r->width + s * place_size(r->space);
 }
 
 static int64_t largest_of(int64_t a, int64_t b) { return a > b ? a : b; }
 
 static int64_t memory_size(const Run *r) {
     const int64_t rows = targets(r->space) * r->space->unknowns;
-    const int64_t pulling = pull_size(r->space) + 3 * rows + margins_of(r->space);
+    const int64_t pulling = pull_size(r->space) + 6 * (r->space->moving + 2) + 3 * rows;
     const int64_t worthy = r->goal->level > 0.0 ? 0 : worth_size(&r->goal->criterion);
     return largest_of(largest_of(pulling, worthy), 2 * r->size) + 3 * r->width +
            r->space->unknowns * r->space->unknowns;
@@ -102,6 +103,7 @@ static void group_in(const Run *r, Group *g, lanes *memory) {
     g->counts = memory, memory += s;
     g->total = memory, memory += p * p;
     g->v = memory, memory += p * r->width;
+    g->images = (vector *)memory, memory += 3 * targets(r->space) * r->width;
     for (int64_t k = 0; k < s; k++) {
         g->places[k] = place_in(r->space, memory);
         memory += place_size(r->space);
@@ -187,6 +189,7 @@ static void value_points(const Run *r, Group *g) {
             vector image = {every(0.0), every(0.0), every(0.0)};
             for (int64_t i = 0; i < p; i++)
                 image = plus(image, times(every(r->goal->root[i * width + k]), row[i]));
+            g->images[t * width + k] = image;
             sum += dot(image, image);
         }
     }
@@ -221,15 +224,13 @@ static void pull_points(const Run *r, Group *g) {
     if (plan)
         factor = pick(g->tried_value > TINY, -2.0 / g->tried_value, every(0.0));
     /* Few columns: by V and back; many: by V Vᵀ. */
-    const int narrow = 2 * width <= p, asked = plan && r->goal->asks_worth;
+    const int narrow = !plan || 2 * width <= p, asked = plan && r->goal->asks_worth;
     if (!narrow && !asked)
         for (int64_t i = 0; i < p; i++)
             for (int64_t j = 0; j <= i; j++) {
                 lanes sum = every(0.0);
                 for (int64_t k = 0; k < width; k++)
-                    sum += plan ? g->v[i * width + k] * g->v[j * width + k]
-                                : every(r->goal->root[i * width + k] *
-                                        r->goal->root[j * width + k]);
+                    sum += g->v[i * width + k] * g->v[j * width + k];
                 square[i * p + j] = square[j * p + i] = sum;
             }
     for (int64_t k = 0; k < r->goal->points; k++) {
@@ -237,24 +238,8 @@ static void pull_points(const Run *r, Group *g) {
         lanes scale = plan ? factor * g->counts[k] : factor;
         for (int64_t t = 0; t < targets(s); t++) {
             const vector *row = place->rows + t * p;
-            vector *bar = bars + t * p, *images = (vector *)image;
-            if (narrow && !asked) {
-                for (int64_t j = 0; j < width; j++) {
-                    vector sum = {every(0.0), every(0.0), every(0.0)};
-                    for (int64_t i = 0; i < p; i++)
-                        sum = plus(sum, times(plan ? g->v[i * width + j]
-                                                   : every(r->goal->root[i * width + j]),
-                                              row[i]));
-                    images[j] = times(scale, sum);
-                }
-                for (int64_t i = 0; i < p; i++) {
-                    bar[i] = (vector){every(0.0), every(0.0), every(0.0)};
-                    for (int64_t j = 0; j < width; j++)
-                        bar[i] = plus(bar[i], times(plan ? g->v[i * width + j]
-                                                         : every(r->goal->root[i * width + j]),
-                                                    images[j]));
-                }
-            } else {
+            vector *bar = bars + t * p, *images = plan ? (vector *)image : g->images + t * width;
+            if (!narrow || asked) {
                 const lanes *slope = asked ? g->v : square;
                 for (int64_t i = 0; i < p; i++) {
                     vector sum = {every(0.0), every(0.0), every(0.0)};
@@ -262,6 +247,21 @@ static void pull_points(const Run *r, Group *g) {
                         sum = plus(sum, times(slope[i * p + j], row[j]));
                     bar[i] = times(scale, sum);
                 }
+                continue;
+            }
+            for (int64_t j = 0; plan && j < width; j++) {
+                vector sum = {every(0.0), every(0.0), every(0.0)};
+                for (int64_t i = 0; i < p; i++)
+                    sum = plus(sum, times(g->v[i * width + j], row[i]));
+                images[j] = sum;
+            }
+            for (int64_t i = 0; i < p; i++) {
+                vector sum = {every(0.0), every(0.0), every(0.0)};
+                for (int64_t j = 0; j < width; j++)
+                    sum = plus(sum, times(plan ? g->v[i * width + j]
+                                               : every(r->goal->root[i * width + j]),
+                                          images[j]));
+                bar[i] = times(scale, sum);
             }
         }
         memset(on, 0, (size_t)(s->moving + 2) * sizeof *on);
