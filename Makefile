@@ -8,7 +8,7 @@ PARALLEL := --numprocesses=auto --dist=worksteal
 # The core is compiled by a rule of its own, so not here.
 EDITABLE = ELASTOCAL_CORE=numpy $(PIP) install --no-deps --no-build-isolation -e .
 SANITIZED := build/sanitized
-STRICT := -g -O1 -fsanitize=address,undefined -fno-sanitize-recover=all
+STRICT := -g -O0 -fsanitize=address,undefined -fno-sanitize-recover=all
 STRICT += -Wall -Wextra -Wshadow -Wconversion -Wvla -Wstrict-prototypes -Werror
 
 # One thread: the matrices are small, and several threads only get in each other's way.

@@ -142,7 +142,7 @@ static Nearest from_box(vector a, vector b, const double *pose, const double *ha
         lanes knot = every(i == 7);
         if (i < 6) {
             knot = ((i < 3 ? half[i] : -half[i - 3]) - begin[i % 3]) / way[i % 3];
-            knot = share(pick(finite(knot), knot, every(0.0)));
+            knot = share(pick(is_finite(knot), knot, every(0.0)));
         }
         vector x = plus(start, times(knot, along));
         lanes slope = dot(along, minus(x, in_box(x, half)));

@@ -62,7 +62,7 @@ INLINE lanes signed_as(lanes a, lanes sign) {
     return (lanes)((mask)size_of(a) | ((mask)sign & INT64_MIN));
 }
 INLINE lanes sign_of(lanes a) { return pick(a == 0.0, a, signed_as(every(1.0), a)); }
-INLINE mask finite(lanes a) { return size_of(a) < INFINITY; }
+INLINE mask is_finite(lanes a) { return size_of(a) < INFINITY; }
 
 /* Sine and cosine.
  *

@@ -315,7 +315,7 @@ static void learn(const Run *r, Group *g, mask which) {
         curvature += g->moved[i] * change[i];
         norm += change[i] * change[i];
     }
-    mask use = which & (curvature > 1e-8 * norm) & (norm > 1e-100) & finite(norm);
+    mask use = which & (curvature > 1e-8 * norm) & (norm > 1e-100) & is_finite(norm);
     if (!any(use)) return;
     for (int64_t i = 0; i < size; i++) change[i] = pick(use, change[i], every(0.0));
     mask first = use & (g->fresh != 0.0);
@@ -377,10 +377,10 @@ static void judge(const Run *r, Group *g) {
     mask good = accepted(g);
     if (any(good)) learn(r, g, good);
     lanes rise = g->tried_merit - g->merit - g->slope;
-    rise = pick(finite(g->tried_merit), rise, every(INFINITY));
+    rise = pick(is_finite(g->tried_merit), rise, every(INFINITY));
     if (any(good)) take(r, g, good);
     lanes shrink = -0.5 * g->slope / rise;
-    shrink = between(pick(finite(shrink), shrink, every(0.5)), every(0.1), every(0.5));
+    shrink = between(pick(is_finite(shrink), shrink, every(0.5)), every(0.1), every(0.5));
     mask stuck = ~good & (g->length < 1e-6);
     if (any(stuck)) {
         lanes *row = g->inverse;
