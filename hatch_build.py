@@ -112,7 +112,7 @@ def found_compiler() -> list[str]:
         if shutil.which(name):
             return [name]
     if find_spec("ziglang"):  # which compiles for this very machine if not told otherwise
-        return [sys.executable, "-m", "ziglang", "cc", "-mcpu=baseline"]
+        return [sys.executable, "-m", "ziglang", "cc", "-mcpu=baseline", "-g0"]
     raise NoCompilerError("there is no C compiler (cc, gcc, clang or the Python package ziglang)")
 
 
