@@ -31,7 +31,17 @@ def freeze(value: object, /, *names: str, dtype: Any = np.float64, **arrays: Arr
 
 
 def frozen(values: ArrayLike, dtype: Any = np.float64) -> NDArray[Any]:
-    """A read-only copy of `values`, so that a frozen dataclass is frozen all the way."""
+    """A read-only copy of `values`, so that a frozen dataclass is frozen all the way.
+
+    What is such a copy already is not copied again.
+    """
+    if (
+        type(values) is np.ndarray
+        and values.dtype == dtype
+        and values.flags.owndata
+        and not values.flags.writeable
+    ):
+        return values
     array = np.array(values, dtype=dtype)
     array.setflags(write=False)
     return array

@@ -31,6 +31,11 @@ class Instrument(abc.ABC):
 
     sigma_rotation: float | None = None
 
+    @property
+    def alike_everywhere(self) -> bool:
+        """Whether the covariance of a position is the same wherever the point is."""
+        return False
+
     @abc.abstractmethod
     def covariance(self, points: Array) -> Array:
         """(N, 3, 3) covariance of a deflection measured at `points`, (N, 3) [m²], base frame."""
@@ -86,6 +91,11 @@ class Isotropic(Instrument):
     def sigma(self) -> float:
         """Standard deviation of one coordinate [m]."""
         return self.deviation
+
+    @property
+    def alike_everywhere(self) -> bool:
+        """Yes."""
+        return True
 
     def covariance(self, points: Array) -> Array:
         """(N, 3, 3) σ² I₃ [m²]."""
@@ -205,6 +215,11 @@ class PoseProbe(Instrument):
     def sigma(self) -> float:
         """Standard deviation of one coordinate of a position [m]."""
         return self.points.sigma
+
+    @property
+    def alike_everywhere(self) -> bool:
+        """Whether the positions have the same covariance wherever the point is."""
+        return self.points.alike_everywhere
 
     def covariance(self, points: Array) -> Array:
         """(N, 3, 3) covariance of the positions [m²]."""

@@ -7,6 +7,7 @@ their covariance. All readings of an experiment share its load case.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -117,6 +118,11 @@ class Measurements:
         kinds = Quantity("position", "m", ~turned), Quantity("rotation", "rad", turned)
         return tuple(kind for kind in kinds if kind.readings.any())
 
+    @cached_property
+    def length(self) -> Array:
+        """(R,) lengths of the deflections [m], sizes of the rotations [rad]."""
+        return np.sqrt(np.einsum("rc,rc->r", self.deflection, self.deflection))
+
     @property
     def deviation(self) -> Array:
         """(R, 3) standard deviations of the coordinates [m, rad]."""
@@ -139,7 +145,7 @@ class Measurements:
 
 def rms_of_groups(error: Array, group: IntArray, count: int) -> Array:
     """(count,) root mean square length of the errors (R, 3) in each group; zero for none."""
-    squares = np.bincount(group, np.sum(error**2, axis=1), count)
+    squares = np.bincount(group, np.einsum("rc,rc->r", error, error), count)
     return np.sqrt(squares / np.maximum(np.bincount(group, minlength=count), 1))
 
 

@@ -270,9 +270,35 @@ class TestFast:
         assert not isinstance(quick, str)
         assert quick == careful
 
-    def test_without_pyarrow_nothing_changes(
-        self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    @pytest.mark.parametrize("block", [1, 100, 1000])
+    def test_blocks_of_any_size_give_the_same(
+        self, block: int, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        monkeypatch.setitem(__import__("sys").modules, "pyarrow", None)
-        monkeypatch.setattr(fast, "LEAST", 0)
-        assert isinstance(outcome(GOOD.encode(), tmp_path), Measurements)
+        monkeypatch.setattr(fast, "_BLOCK", block)
+        quick, careful = self.both(GOOD.replace("\n", "\n\n") * 1 + ROWS, monkeypatch)
+        assert not isinstance(quick, str)
+        assert quick == careful
+
+    @given(
+        cells=st.lists(
+            st.from_regex(r" ?[-+]?([0-9]{0,17}\.?[0-9]{0,17})([eE][-+]?[0-9])?", fullmatch=True),
+            min_size=1,
+            max_size=20,
+        )
+    )
+    @settings(max_examples=300)
+    def test_every_way_to_write_a_number(self, cells: list[str]) -> None:
+        row = ROWS.splitlines()[0].rsplit(",", 4)[0]
+        text = HEAD + "".join(f"{row},{cell},1,1,1\n" for cell in cells)
+        with pytest.MonkeyPatch.context() as monkeypatch:
+            quick, careful = self.both(text, monkeypatch)
+        assert quick == careful
+
+    @given(names=st.lists(st.text("ab'1é ", max_size=12), min_size=1, max_size=30))
+    @settings(max_examples=100)
+    def test_names_of_any_length(self, names: list[str]) -> None:
+        rest = ROWS.splitlines()[0].split(",", 1)[1]
+        text = HEAD + "".join(f"{name},{rest}\n" for name in names)
+        with pytest.MonkeyPatch.context() as monkeypatch:
+            quick, careful = self.both(text, monkeypatch)
+        assert quick == careful

@@ -15,8 +15,8 @@ from elastocal.errors import MeasurementFileError
 from elastocal.files.measurements.columns import Column
 from elastocal.files.measurements.fast import plain_columns
 from elastocal.files.tables.layout import Layout
-from elastocal.files.tables.numbers import LARGEST, decimal_in, numbers_of, plain
-from elastocal.names import flaw
+from elastocal.files.tables.numbers import decimal_in, numbers_of, plain
+from elastocal.names import LONGEST, flaw
 
 CHUNK = 20_000  # rows; bounds the memory for cells as text
 NOT_USED = {"valid": ("0", "false", "no"), "delete": ("1", "true", "yes")}
@@ -64,10 +64,12 @@ def read_cells(table: Layout, columns: dict[str, Column], decimal: str | None = 
     """
     decimal = decimal or _decimal(table, columns)
     quick = plain_columns(table, columns, decimal)
-    found = None if quick is None else _of_plain(table, columns, *quick)
-    found = found if found is not None else _cell_by_cell(table, columns, decimal)
+    if quick is not None:
+        found = _of_plain(table, columns, *quick)
+    else:
+        found = _cell_by_cell(table, columns, decimal)
     for key, words in found.words.items():
-        for code, name in enumerate(words.names):
+        for code, name in enumerate(words.names if _may_be_flawed(words.names) else ()):
             if wrong := flaw(name):
                 line = found.lines[np.flatnonzero(words.codes == code)[0]]
                 raise MeasurementFileError(
@@ -76,22 +78,19 @@ def read_cells(table: Layout, columns: dict[str, Column], decimal: str | None = 
     return found
 
 
+def _may_be_flawed(names: tuple[str, ...]) -> bool:
+    """Whether one of many names may have a flaw; quickly told if none has."""
+    together = "".join(names)
+    usual = together.isascii() and together.isprintable()
+    return not usual or max(map(len, names), default=0) > LONGEST
+
+
 def _of_plain(
     table: Layout, columns: dict[str, Column], lines: IntArray, found: dict[str, Any]
-) -> Cells | None:
-    """The columns of a plain table; None if a number is not one that may stand there."""
-    numbers: dict[str, Array] = {}
-    words: dict[str, Words] = {}
-    for key, column in columns.items():
-        if column.meaning.kind:
-            if not (np.abs(found[key]) < LARGEST).all():
-                return None
-            numbers[key] = column.factor * found[key]
-            continue
-        codes, names = found[key]
-        known: dict[str, int] = {}
-        place = np.array([known.setdefault(plain(n), len(known)) for n in names], dtype=np.int64)
-        words[key] = Words(place[codes], tuple(known))
+) -> Cells:
+    """The columns of a plain table."""
+    numbers = {key: found[key] for key, column in columns.items() if column.meaning.kind}
+    words = {key: Words(*found[key]) for key in columns if key not in numbers}
     headers = {key: column.header for key, column in columns.items()}
     return Cells(table.file.path, lines, headers, numbers, words)
 

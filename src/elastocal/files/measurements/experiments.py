@@ -11,7 +11,7 @@ from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import MeasurementFileError
 from elastocal.files.measurements.columns import FORCES, MASS, TORQUES
 from elastocal.files.measurements.table import Table
-from elastocal.files.measurements.turns import side_by_side
+from elastocal.files.measurements.turns import alike, first_rows, side_by_side
 from elastocal.files.tables.units import STANDARD_GRAVITY
 from elastocal.measuring.measurements import FORCE_SCATTER, JOINT_SCATTER
 from elastocal.robot.chain import Robot
@@ -82,17 +82,21 @@ def _experiments(table: Table) -> tuple[tuple[str, ...], IntArray]:
             f"{table.where(int(unnamed[0]), 'experiment')}: the cell is empty; expected the name "
             "or number of the experiment"
         )
-    used, first, codes = np.unique(words.codes, return_index=True, return_inverse=True)
-    order = np.argsort(first)
-    place = np.empty(len(used), dtype=np.int64)
-    place[order] = np.arange(len(used))
-    return tuple(words.names[used[i]] for i in order), place[codes]
+    first = first_rows(words.codes, len(words.names))
+    used = np.flatnonzero(first >= 0)
+    order = used[np.argsort(first[used])]
+    if np.array_equal(order, np.arange(len(words.names))):
+        return words.names, words.codes  # numbered in order of appearance already
+    place = np.empty(len(words.names), dtype=np.int64)
+    place[order] = np.arange(len(order))
+    return tuple(words.names[i] for i in order), place[words.codes]
 
 
 def _common(values: Array, codes: IntArray, count: int) -> tuple[Array, Array]:
     """(count, k) value of each group and (R, k) how far each row is from its group's first."""
-    first = np.unique(codes, return_index=True)[1]
-    result = values[first]
+    result = values[first_rows(codes, count)]
+    if alike(values, codes):  # the usual case, and quickly told
+        return result, np.broadcast_to(0.0, values.shape)
     spread = np.abs(values - result[codes])
     if spread.any():  # means are rounded, so groups that agree keep their value
         size = np.bincount(codes, minlength=count)
@@ -145,11 +149,15 @@ def _shared(
     table: Table, names: tuple[str, ...], codes: IntArray, wrench: Array, rows: IntArray
 ) -> tuple[Array, list[str]]:
     """The wrench of each experiment from some of its rows."""
-    used, group = np.unique(codes[rows], return_inverse=True)
-    common, spread = _common(wrench[rows], group, len(used))
+    there = np.bincount(codes[rows], minlength=len(names)) > 0
+    used, group = np.flatnonzero(there), (np.cumsum(there) - 1)[codes[rows]]
+    own = wrench if len(rows) == len(wrench) else wrench[rows]
+    common, spread = _common(own, group, len(used))
     result = np.zeros((len(names), 6))
     result[used] = common
-    remarks = []
+    remarks: list[str] = []
+    if not spread.any():
+        return result, remarks
     for side, keys, unit in ((slice(0, 3), FORCES, "N"), (slice(3, 6), TORQUES, "N·m")):
         apart = np.linalg.norm(spread[:, side], axis=1)
         size = np.linalg.norm(result[codes[rows], side], axis=1)

@@ -272,8 +272,11 @@ def _covariance(study: Study, cases: LoadCases, readings: Readings, turn: Array)
     covariance = np.zeros((len(readings.case), 3, 3))
     turned = readings.marker == len(tool.markers)
     if not turned.all():
-        points = _points(study.robot, tool, cases, readings)[~turned]
-        covariance[~turned] = instrument.covariance(points)
+        if instrument.alike_everywhere:
+            covariance[~turned] = instrument.covariance(np.zeros((1, 3)))
+        else:
+            points = _points(study.robot, tool, cases, readings)[~turned]
+            covariance[~turned] = instrument.covariance(points)
     if turned.any():
         assert instrument.sigma_rotation is not None
         covariance[turned] = instrument.sigma_rotation**2 * np.eye(3)

@@ -12,6 +12,7 @@ from elastocal.errors import MeasurementFileError
 from elastocal.files.measurements.columns import AXES, POSITION, ROTATION, Triple
 from elastocal.files.measurements.experiments import Grouping
 from elastocal.files.measurements.table import Table, kept
+from elastocal.files.measurements.turns import first_rows
 from elastocal.files.measurements.uncertainty import averaged, kind_of_uncertainty, variances
 from elastocal.robot.chain import Tool
 
@@ -118,11 +119,11 @@ def _read(table: Table, grouping: Grouping, target: IntArray, tool: Tool, of: Tr
     remarks = _repeated(table, values) if of is POSITION else []
     six = variances(table, own, of) if own else None
     key = grouping.codes * len(tool.targets) + target
-    first, group = np.unique(key, return_index=True, return_inverse=True)[1:]
-    again = np.flatnonzero(first[group] != np.arange(len(key)))
-    keep = np.ones(len(key), dtype=bool)
+    first = first_rows(key, len(grouping.names) * len(tool.targets))
+    again = np.flatnonzero(first[key] != np.arange(len(key)))
+    keep: BoolArray | slice = slice(None)
     if len(again):
-        before = first[group[again]]
+        before = first[key[again]]
         other = (values[again] != values[before]).any(axis=1)
         if six is not None:
             other |= (six[again] != six[before]).any(axis=1)
@@ -134,6 +135,7 @@ def _read(table: Table, grouping: Grouping, target: IntArray, tool: Tool, of: Tr
                 f"{table.where(row)}: {named}, {what} was given in {table.line(old, row)} with "
                 f"another {of.what}; a repetition needs an experiment name of its own"
             )
+        keep = np.ones(len(key), dtype=bool)
         keep[again] = False
         once = "repeated exactly" if of is POSITION else "with a rotation that another row has"
         remarks = [
@@ -144,7 +146,7 @@ def _read(table: Table, grouping: Grouping, target: IntArray, tool: Tool, of: Tr
         target[keep],
         values[keep],
         None if six is None else six[keep],
-        np.ones(int(keep.sum())),
+        np.ones(len(key) - len(again)),
         tuple(remarks),
     )
 

@@ -136,7 +136,7 @@ def _deflections(found: Measurements) -> Iterator[Doubt]:
 
 def _of_kind(found: Measurements, kind: Quantity) -> Iterator[Doubt]:
     """What looks odd in the positions, or in the rotations."""
-    size, own = np.linalg.norm(found.deflection, axis=1), kind.readings
+    size, own = found.length, kind.readings
     unit = "" if kind.unit == "m" else kind.unit
     large = np.asarray(own & (size > _LARGE))
     if large.any():

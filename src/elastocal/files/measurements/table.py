@@ -129,6 +129,9 @@ def _check_same(file: Cells, other: Cells, key: str) -> None:
 
 
 def _stacked(files: Sequence[Cells]) -> Table:
+    if len(files) == 1:
+        one = files[0]
+        return Table(dict(one.numbers), dict(one.words), (_source(files),), len(one.lines))
     numbers = {key: np.concatenate([f.numbers[key] for f in files]) for key in files[0].numbers}
     words = {}
     for key in files[0].words:

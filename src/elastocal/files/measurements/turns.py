@@ -29,10 +29,30 @@ def side_by_side(values: Array, codes: IntArray, robot: Robot) -> Array:
         codes: (R,) group of every row.
         robot: Whose joints they are.
     """
-    first = values[np.unique(codes, return_index=True)[1]][codes]
+    if alike(values, codes):
+        return values
+    first = values[first_rows(codes, int(codes.max(initial=-1)) + 1)[codes]]
     turns = np.round((values - first) / _TURN)
     turns[:, [joint.prismatic for joint in robot.joints]] = 0.0
     return np.asarray(values - _TURN * turns) if turns.any() else values
+
+
+def first_rows(codes: IntArray, count: int) -> IntArray:
+    """(count,) first row of each group, -1 of one without rows; `codes`, (R,), say which is whose.
+
+    Without sorting, so that it takes no longer than to read them.
+    """
+    first = np.full(count, -1, dtype=np.int64)
+    first[codes[::-1]] = np.arange(len(codes) - 1, -1, -1)  # what is written last stays
+    return first
+
+
+def alike(values: Array, codes: IntArray) -> bool:
+    """Whether neighbours in a group have the same (R, k) values, and no group comes back."""
+    same = codes[1:] == codes[:-1]
+    if (np.diff(codes) < 0).any():
+        return False
+    return all(bool((~same | (v[1:] == v[:-1])).all()) for v in values.T)
 
 
 def within_limits(found: Measurements, robot: Robot) -> Measurements:

@@ -8,6 +8,8 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from elastocal.errors import InputError
 from elastocal.reading import bytes_of
 
@@ -21,7 +23,7 @@ _MARKS = (
     (codecs.BOM_UTF16_BE, "utf-16"),
 )
 _CONTROL = re.compile("[\x00-\x08\x0e-\x1f\x7f]")
-_CONTROL_BYTES = bytes([*range(0x09), *range(0x0E, 0x20), 0x7F])
+_BLOCK = 1 << 18  # bytes looked at together; what stays in the cache
 _USUAL = set("µμ°·²³−–\xa0")
 """Characters beyond ASCII that units and numbers use; others make the encoding a question."""
 
@@ -62,10 +64,8 @@ def decoded(path: Path, error: type[InputError], encoding: str | None = None) ->
     if data.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):
         raise error(f"{path}: this is an Excel workbook, not text; save the sheet as CSV")
     text, used = _text(data, path, error, encoding)
-    # Deleting bytes and comparing lengths is ten times as fast as the search it saves.
-    suspect = not used.startswith(("utf-8", "cp1252")) or len(
-        data.translate(None, _CONTROL_BYTES)
-    ) < len(data)
+    # To look at bytes is a hundred times as fast as the search that it saves.
+    suspect = not used.startswith(("utf-8", "cp1252")) or _has_control_bytes(data)
     found = _CONTROL.search(text) if suspect else None
     if found:
         line = text.count("\n", 0, found.start()) + 1
@@ -87,6 +87,12 @@ def decoded(path: Path, error: type[InputError], encoding: str | None = None) ->
                 f"{' '.join(odd[:5])}"
             )
     return FileText(path, text, hashlib.sha256(data).hexdigest(), error, remark)
+
+
+def _has_control_bytes(data: bytes) -> bool:
+    whole = np.frombuffer(data, dtype=np.uint8)
+    blocks = (whole[i : i + _BLOCK] for i in range(0, len(whole), _BLOCK))
+    return any(bool((((b < 0x20) & ((b < 0x09) | (b > 0x0D))) | (b == 0x7F)).any()) for b in blocks)
 
 
 def _text(

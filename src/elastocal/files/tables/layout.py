@@ -6,6 +6,7 @@ import csv
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import islice
 from typing import TYPE_CHECKING
 
@@ -47,19 +48,24 @@ class Layout:
 
     Attributes:
         file: Its text.
-        lines: Its lines; comments are empty.
         delimiter: Between cells.
         header: Names of the columns, as written, single spaces; numbers if there is no header.
         first: Index of the first line of data in `lines`.
+        start: Where it begins in the text.
         remark: What is odd about comments and the end, empty if nothing is.
     """
 
     file: FileText
-    lines: list[str]
     delimiter: str
     header: tuple[str, ...]
     first: int
+    start: int
     remark: str = ""
+
+    @cached_property
+    def lines(self) -> list[str]:
+        """Its lines; comments are empty. Made when first asked for: large files do without."""
+        return _without_comments(self.file.text.split("\n"), self.file.text)
 
     def rows(self) -> Iterator[tuple[int, list[str]]]:
         """(line, cells) of every row of data that is not blank.
@@ -117,11 +123,10 @@ def layout(file: FileText, style: Style) -> Layout:
     Raises:
         InputError: no header, or no data below it.
     """
-    lines = file.text.split("\n")
-    _check_version(file, lines[:5])
-    comments = "#" in file.text
-    if comments:
-        lines = ["" if _is_comment(line) else line for line in lines]
+    text = file.text
+    _check_version(file, list(islice(_lines(text), 5)))
+    lines = _head(text, style.skip_lines)
+    comments = "#" in text
     named = _named_delimiter(file, lines, style)
     for i in range(min(style.skip_lines, len(lines))):
         lines[i] = ""
@@ -145,17 +150,51 @@ def layout(file: FileText, style: Style) -> Layout:
         )
     if not style.header:
         names = tuple(str(i + 1) for i in range(len(cells)))
-        return Layout(file, lines, delimiter, names, first)
+        return Layout(file, delimiter, names, first, _start_of(text, first))
     if all(_NUMBER.fullmatch(cell) for cell in cells):
         why = " (comments beginning with # are left out)" if comments else ""
         raise file.error(
             f"{file.path}, line {first + 1}: numbers where the names of the columns belong{why}; "
             "expected a header such as 'experiment,marker,A1 [deg],...'"
         )
-    if not any(line.strip(" \t,;|\"'") for line in lines[first + 1 :]):
+    start = _start_of(text, first + 1)
+    if not any(_says_something(line) for line in _lines(text, start)):
         raise file.error(f"{file.path}: there is a header, but no row of data below it")
-    remark = "; ".join(_oddities(file, lines, delimiter, len(cells), first))
-    return Layout(file, lines, delimiter, tuple(cells), first + 1, remark)
+    remark = "; ".join(_oddities(file, delimiter, len(cells), first, start))
+    return Layout(file, delimiter, tuple(cells), first + 1, start, remark)
+
+
+def _lines(text: str, start: int = 0) -> Iterator[str]:
+    """The lines from a place in the text on, one after the other."""
+    while start <= len(text):
+        end = text.find("\n", start)
+        end = end if end >= 0 else len(text)
+        yield text[start:end]
+        start = end + 1
+
+
+def _start_of(text: str, line: int) -> int:
+    """Where the line with this index begins."""
+    return min(sum(len(above) + 1 for above in islice(_lines(text), line)), len(text))
+
+
+def _head(text: str, skipped: int) -> list[str]:
+    """The lines down to the header, comments empty."""
+    head: list[str] = []
+    for line in _lines(text):
+        head.append("" if _is_comment(line) else line)
+        if len(head) > skipped and _says_something(line) and not _SEPARATOR.fullmatch(line):
+            break
+    return head
+
+
+def _without_comments(lines: list[str], text: str) -> list[str]:
+    return ["" if _is_comment(line) else line for line in lines] if "#" in text else lines
+
+
+def _says_something(line: str) -> bool:
+    """Whether there is more in a line than delimiters, and it is no comment."""
+    return bool(line.strip(" \t,;|\"'")) and not _is_comment(line)
 
 
 def _first(lines: list[str]) -> int | None:
@@ -194,28 +233,28 @@ def _is_comment(line: str) -> bool:
     return line.lstrip().startswith("#")
 
 
-def _oddities(
-    file: FileText, lines: list[str], delimiter: str, width: int, first: int
-) -> Iterator[str]:
+def _oddities(file: FileText, delimiter: str, width: int, first: int, start: int) -> Iterator[str]:
     """What is odd about rows that are commented out, and about the end."""
-    if "#" in file.text and width > 1:
-        original = file.text.split("\n")
+    text = file.text
+    if width > 1 and text.find("#", start) >= 0:
         rows = [
-            i
-            for i in range(first + 1, len(lines))
-            if not lines[i] and original[i].count(delimiter) >= width - 1
-            if _is_comment(original[i])
+            number
+            for number, line in enumerate(_lines(text, start), first + 2)
+            if line.count(delimiter) >= width - 1 and _is_comment(line)
         ]
         if rows:
             yield (
-                f"{file.path.name}, line {rows[0] + 1}: what begins with # is left out "
+                f"{file.path.name}, line {rows[0]}: what begins with # is left out "
                 f"as a comment, but has the cells of a row ({len(rows)} such lines)"
             )
-    if lines[-1] != "" and len(lines) > first + 2:
-        yield (
-            f"{file.path.name}, line {len(lines)}: the last line has no line end: is its last "
-            "number complete?"
-        )
+    last = text[text.rfind("\n") + 1 :]
+    if last and not _is_comment(last):
+        number = text.count("\n") + 1
+        if number > first + 2:
+            yield (
+                f"{file.path.name}, line {number}: the last line has no line end: is its last "
+                "number complete?"
+            )
 
 
 def _check_version(file: FileText, lines: list[str]) -> None:
