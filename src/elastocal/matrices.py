@@ -70,6 +70,25 @@ def scaled_inverse(information: Array) -> Array:
     return np.linalg.inv(information * outer + _RIDGE * np.eye(p)) * outer
 
 
+def eliminated(matrices: Array, right: Array) -> Array:
+    """Solutions (p, m, N) of N systems (p, p, N), batch last; both are overwritten.
+
+    Nothing is exchanged, so it is for matrices that need no pivots: positive definite ones, or
+    with more on the diagonal than beside it. All N are solved together, one row at a time, which
+    for few unknowns takes a quarter of the time of one after the other.
+    """
+    p = len(matrices)
+    for i in range(p - 1):
+        share = (matrices[i + 1 :, i] / matrices[i, i])[:, None]
+        matrices[i + 1 :, i + 1 :] -= share * matrices[i, i + 1 :]
+        right[i + 1 :] -= share * right[i]
+    for i in range(p - 1, -1, -1):
+        for j in range(i + 1, p):
+            right[i] -= matrices[i, j] * right[j]
+        right[i] /= matrices[i, i]
+    return right
+
+
 def square_root(matrix: Array) -> Array:
     """V with V Vᵀ = G, (p, rank), of a non-negative definite G."""
     values, vectors = np.linalg.eigh((matrix + matrix.T) / 2.0)

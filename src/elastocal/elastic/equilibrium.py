@@ -23,11 +23,13 @@ import numpy as np
 from elastocal.arrays import Array, BoolArray, frozen
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
+from elastocal.matrices import eliminated
 from elastocal.robot.posture import Posture, cross, dot, flange_axes, velocities
 
 _CHUNK = 2048  # load cases evaluated at once: what stays in the cache
 _MOST_STEPS = 30
 _SMALL = 1e-13  # Newton step over the size of the displacement at which the arm is at rest
+_STIFF = 0.5  # sum of a row of diag(k) H up to which the arm is far from buckling
 LOST = 1e3
 """Displacement of a spring beyond which no rest is looked for [rad or m]."""
 
@@ -94,6 +96,21 @@ def linearise(
     return Linearisation(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
 
 
+def unbent(arm: ElasticArm, q: Array, wrench: Array) -> tuple[Array, Array]:
+    """Marker positions (N, 3K) [m] of the unbent arm, and what loads exert on its springs there.
+
+    The second, (N, p) [N·m or N], times the compliances is where the springs go to first order.
+    """
+    markers = np.empty((len(q), 3 * len(arm.tool.markers)))
+    effort = np.empty((len(q), len(arm.springs)))
+    for s in (slice(i, i + _CHUNK) for i in range(0, len(q), _CHUNK)):
+        posture = Posture(arm.chain, arm.bent(q[s], np.zeros((len(q[s]), len(arm.springs)))))
+        points = [posture.point(marker) for marker in arm.tool.markers]
+        markers[s] = np.concatenate(points).T
+        effort[s] = _effort(arm, posture, wrench[s]).T
+    return markers, effort
+
+
 def equilibrium(arm: ElasticArm, compliance: Array, cases: LoadCases) -> Equilibrium:
     """Where the arm comes to rest under every load case.
 
@@ -106,8 +123,7 @@ def equilibrium(arm: ElasticArm, compliance: Array, cases: LoadCases) -> Equilib
     """
     count, p = len(cases), len(arm.springs)
     each = np.broadcast_to(compliance, (count, p))
-    displacement = np.zeros((count, p))
-    stability = np.ones(count)
+    displacement, stiffening = np.zeros((count, p)), np.zeros((count, p, p))
     converged = np.zeros(count, dtype=bool)
     open_ = np.arange(count)
     for _ in range(_MOST_STEPS):
@@ -117,12 +133,13 @@ def equilibrium(arm: ElasticArm, compliance: Array, cases: LoadCases) -> Equilib
             arm, each[open_], cases.q[open_], cases.wrench[open_], displacement[open_]
         )
         displacement[open_] += state.step
-        stability[open_] = _stability(each[open_], state.stiffening)
+        stiffening[open_] = state.stiffening
         size = np.abs(displacement[open_]).max(axis=1, initial=0.0)
         with np.errstate(invalid="ignore"):
             done = np.abs(state.step).max(axis=1, initial=0.0) <= _SMALL * size
         converged[open_[done]] = True
         open_ = open_[~done & (size < LOST)]  # no number is not below it either
+    stability = _stability(each, stiffening)
     return Equilibrium(frozen(displacement), frozen(converged, np.bool_), frozen(stability))
 
 
@@ -166,18 +183,32 @@ def _linearise(
         along = share * tip[:, None]
         turns, *given = (np.einsum("tp,ctN->cpN", along, each) for each in (turns, *given))
     k = compliance.T
-    tangent = np.eye(p)[..., None] - k[:, None] * slope
     right = np.concatenate([(k * effort - displacement.T)[:, None], _diagonal(effort)], axis=1)
-    solved = _solved(tangent.transpose(2, 0, 1), right.transpose(2, 0, 1))
+    solved = _solved(k[:, None] * slope, right)
     return Linearisation(
-        step=solved[:, :, 0],
-        slope=solved[:, :, 1:],
+        step=solved[:, 0].T,
+        slope=solved[:, 1:].transpose(2, 0, 1),
         markers=np.concatenate(points).T,
         velocity=np.concatenate(given).transpose(2, 0, 1),
         flange=flange_axes(posture),
         turning=turns.transpose(2, 0, 1),
         stiffening=slope.transpose(2, 0, 1),
     )
+
+
+def _effort(arm: ElasticArm, posture: Posture, wrench: Array) -> Array:
+    """(p, N) generalised forces of load and weight on the springs."""
+    joints, share = arm.bent_by
+    axes, origins = posture.all_axes[:, joints], posture.all_origins[:, joints]
+    slides = arm.chain.sliding[joints]
+    effort = np.zeros((len(joints), posture.count))
+    for point, force, carries in _loads(arm, posture, wrench):
+        pulled = dot(velocities(axes, point[:, None] - origins, slides), force[:, None])
+        pulled[~carries] = 0.0
+        effort += pulled
+    turning = arm.chain.carries[arm.chain.last, joints] & ~slides
+    effort[turning] += dot(axes[:, turning], wrench.T[3:, None])
+    return np.asarray(share.T @ effort)
 
 
 def _loads(
@@ -194,15 +225,20 @@ def _loads(
     return loads
 
 
-def _solved(matrices: Array, right: Array) -> Array:
-    """Solutions of N systems; not a number where a load is just the one that buckles the arm."""
+def _solved(coupling: Array, right: Array) -> Array:
+    """Solutions (p, m, N) of I - coupling, (p, p, N); NaN where a load just buckles the arm."""
+    tangent = np.eye(len(coupling))[..., None] - coupling
+    if (np.abs(coupling).sum(axis=1) < _STIFF).all():
+        return eliminated(tangent, right)
+    matrices, sides = tangent.transpose(2, 0, 1), right.transpose(2, 0, 1)
     try:
-        return np.asarray(np.linalg.solve(matrices, right))
+        solved = np.linalg.solve(matrices, sides)
     except np.linalg.LinAlgError:
         singular = np.linalg.det(matrices) == 0.0
         matrices = np.where(singular[:, None, None], np.nan, matrices)
         with np.errstate(invalid="ignore"):
-            return np.asarray(np.linalg.solve(matrices, right))
+            solved = np.linalg.solve(matrices, sides)
+    return np.asarray(solved.transpose(1, 2, 0))
 
 
 def _diagonal(effort: Array) -> Array:

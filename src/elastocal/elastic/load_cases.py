@@ -41,8 +41,24 @@ class LoadCases:
     @cached_property
     def distinct(self) -> IntArray:
         """(N,) number of each among the distinct load cases."""
-        together = np.round(np.hstack([self.q, self.wrench]), 9)
-        return frozen(np.unique(together, axis=0, return_inverse=True)[1].reshape(-1), np.int64)
+        together = np.asarray(np.round(np.hstack([self.q, self.wrench]), 9), dtype=np.float64)
+        return frozen(ranks_of_rows(together), np.int64)
 
     def __len__(self) -> int:
         return len(self.q)
+
+
+def ranks_of_rows(rows: Array) -> IntArray:
+    """(N,) place of each row of `rows`, (N, k), among the distinct ones in lexical order.
+
+    Columns count one after the other until all rows are apart: for random ones that is the first.
+    """
+    rank = np.zeros(len(rows), dtype=np.int64)
+    for column in rows.T:
+        order = np.lexsort((column, rank)) if rank.any() else np.argsort(column)
+        differ = (np.diff(column[order]) != 0.0) | (np.diff(rank[order]) != 0)
+        rank[order[1:]] = np.cumsum(differ)
+        rank[order[:1]] = 0
+        if differ.all():
+            break
+    return rank

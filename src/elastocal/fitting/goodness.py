@@ -72,7 +72,7 @@ def lack_of_fit(
     Args:
         residual: (R, 3) residuals over the noise.
         noise: (R, 3, 3) factors of the covariances that divided them [m].
-        group: (R,) readings of the same marker under the same load case share a number.
+        group: (R,) readings of the same marker under the same load case share a number, from 0.
         parameters: Number of unknowns p, less the rows of a prior.
         misfit: Squared residuals of these rows.
 
@@ -80,8 +80,9 @@ def lack_of_fit(
     """
     from scipy.special import fdtrc
 
-    _, index, size = np.unique(group, return_inverse=True, return_counts=True)
-    groups = len(size)
+    size = np.bincount(group)
+    there = size > 0
+    index, groups = (np.cumsum(there) - 1)[group], int(np.count_nonzero(there))
     pure_dof = 3 * (len(residual) - groups)
     if pure_dof == 0:
         return None

@@ -7,13 +7,15 @@ information, M_i that of group i and g_i = X_iᵀ e_i, the estimate changes by -
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
-from elastocal.matrices import rank_of
+from elastocal.matrices import eliminated, rank_of
+
+_PORTION = 2048  # readings looked at together
 
 
 @dataclass(frozen=True)
@@ -50,30 +52,57 @@ def influence(
     """
     p = rows.shape[2]
     scale = 1.0 / np.sqrt(np.diagonal(information))
-    scaled = rows * scale
     whole = information * np.outer(scale, scale)
-    own = _summed(np.einsum("rip,riq->rpq", scaled, scaled).reshape(len(rows), -1), group, count)
-    own = own.reshape(count, p, p)
-    pulled = _summed(np.einsum("rip,ri->rp", scaled, residual), group, count)
     covariance = np.linalg.inv(whole)
-    left = whole - own
-    leverage = np.einsum("gpq,pq->g", own, covariance)
-    carried = np.zeros(count, dtype=bool)
-    likely = leverage > 0.999  # below that something of every unknown is left
-    carried[likely] = rank_of(left[likely], scale=whole) < p
-    left[carried] = np.eye(p)
-    without = np.linalg.inv(left)
-    shift = -np.einsum("gpq,gq->gp", without, pulled)
-    shift[carried] = np.nan
-    cook = np.einsum("gp,pq,gq->g", shift, whole, shift) / p
-    ratio = np.sqrt(np.diagonal(without, axis1=1, axis2=2) / np.diagonal(covariance))
-    ratio[carried] = np.inf
+    # What no reading is in: without it nothing changes.
+    leverage, cook, shift = np.zeros(count), np.zeros(count), np.zeros((count, p))
+    ratio = np.ones((count, p))
+    for groups, begin, these in _portions(group):
+        scaled, left_over = rows[these] * scale, residual[these]
+        each = len(scaled) // len(begin)
+        if (np.diff(begin, append=len(scaled)) == each).all():  # as many readings in every group
+            scaled = scaled.reshape(len(begin), -1, p)
+            left_over = left_over.reshape(len(begin), -1)
+            own = scaled.transpose(0, 2, 1) @ scaled
+            pulled = np.einsum("gip,gi->gp", scaled, left_over)
+        else:
+            own = np.add.reduceat(scaled.transpose(0, 2, 1) @ scaled, begin)
+            pulled = np.add.reduceat(np.einsum("rip,ri->rp", scaled, left_over), begin)
+        leverage[groups] = np.einsum("gpq,pq->g", own, covariance)
+        left = whole - own
+        carried = np.zeros(len(groups), dtype=bool)
+        likely = leverage[groups] > 0.999  # below that something of every unknown is left
+        carried[likely] = rank_of(left[likely], scale=whole) < p
+        left[carried] = np.eye(p)
+        sides = np.concatenate([pulled[:, :, None], np.broadcast_to(np.eye(p), left.shape)], axis=2)
+        solved = eliminated(*(np.ascontiguousarray(a.transpose(1, 2, 0)) for a in (left, sides)))
+        moved = -solved[:, 0].T
+        moved[carried] = np.nan
+        cook[groups] = np.einsum("gp,pq,gq->g", moved, whole, moved) / p
+        spread = np.diagonal(solved[:, 1:]) / np.diagonal(covariance)
+        ratio[groups] = np.where(carried[:, None], np.inf, np.sqrt(spread))
+        shift[groups] = moved * scale
     return Influence(
-        leverage=frozen(leverage),
-        cook=frozen(cook),
-        shift=frozen(shift * scale),
-        error_ratio=frozen(ratio),
+        leverage=frozen(leverage), cook=frozen(cook), shift=frozen(shift), error_ratio=frozen(ratio)
     )
+
+
+def _portions(group: IntArray) -> Iterator[tuple[IntArray, IntArray, IntArray | slice]]:
+    """Some groups, where each begins among the readings of all of them, and these readings.
+
+    `group`, (R,), says of which each reading is; a portion stays in the cache.
+    """
+    in_order = not (np.diff(group) < 0).any()
+    order = np.arange(len(group)) if in_order else np.argsort(group, kind="stable")
+    begin = np.flatnonzero(np.diff(group[order], prepend=-1))
+    ends = np.append(begin, len(group))
+    place = 0
+    while place < len(begin):
+        beyond = max(int(np.searchsorted(ends, begin[place] + _PORTION, "right")) - 1, place + 1)
+        some = slice(int(begin[place]), int(ends[beyond]))
+        these = some if in_order else order[some]
+        yield group[order[begin[place:beyond]]], begin[place:beyond] - begin[place], these
+        place = beyond
 
 
 def influence_on(wanted: Sequence[int], found: Influence, information: Array) -> Influence:
@@ -100,9 +129,3 @@ def reordered(found: Influence, order: IntArray) -> Influence:
         frozen(found.shift[order]),
         frozen(found.error_ratio[order]),
     )
-
-
-def _summed(values: Array, group: IntArray, count: int) -> Array:
-    """(count, c) sums of `values`, (R, c), over the groups."""
-    columns = [np.bincount(group, column, count).astype(float) for column in values.T]
-    return np.array(columns, dtype=float).T.reshape(count, values.shape[1])

@@ -13,7 +13,8 @@ import numpy as np
 
 from elastocal.arrays import Array, BoolArray, frozen
 
-_CHUNK = 65536  # rows that are triangularised at once
+_CHUNK = 8192  # rows that are triangularised at once: what stays in the cache
+_MOST_REFINED = 65536  # rows
 _REFINEMENTS = 4
 
 
@@ -77,13 +78,13 @@ def fits(
     """
     powers = np.round(np.log2(column_norms(rows))).astype(int)
     scale = np.ldexp(np.ones(powers.shape), -powers)  # powers of two round nothing
-    scaled_rows, sides = rows * scale[:, None], _as_sides(values, len(rows))
-    triangle, right, rest = _triangularised(scaled_rows, sides)
+    sides = _as_sides(values, len(rows))
+    triangle, right, rest = _triangularised(rows, sides, scale)
     held = np.zeros((len(values), rows.shape[2]), dtype=bool)
     if lower is None:
         scaled = _solved(triangle, right)
-        if refine and rows.shape[1] <= _CHUNK:
-            scaled = _refined(scaled_rows, sides, triangle, scaled)
+        if refine and rows.shape[1] <= _MOST_REFINED:
+            scaled = _refined(rows * scale[:, None], sides, triangle, scaled)
     else:
         scaled = np.empty_like(right)
         for i, bound in enumerate(lower):
@@ -121,14 +122,21 @@ def _as_sides(values: Array, systems: int) -> Array:
     return np.asarray(values.reshape(systems, -1, values.shape[1]).transpose(0, 2, 1))
 
 
-def _triangularised(rows: Array, sides: Array) -> tuple[Array, Array, Array]:
-    """R of rows (B, R, p), Qᵀ sides (B, p, m), and the squares (B, m) that no estimate removes."""
+def _triangularised(rows: Array, sides: Array, scale: Array) -> tuple[Array, Array, Array]:
+    """R of rows (B, R, p) with columns times `scale` (B, p), Qᵀ sides (B, p, m), and the rest.
+
+    The rest (B, m) are the squares that no estimate removes.
+    """
     systems, count, p = rows.shape
     block = np.zeros((systems, 0, p + sides.shape[2]))
     for start in range(0, max(count, 1), _CHUNK):
         part = slice(start, start + _CHUNK)
-        stacked = np.concatenate([rows[:, part], sides[:, part]], axis=2)
-        block = np.asarray(np.linalg.qr(np.concatenate([block, stacked], axis=1), mode="r"))
+        above, taken = block.shape[1], rows[:, part].shape[1]
+        stacked = np.empty((systems, above + taken, block.shape[2]))
+        stacked[:, :above] = block
+        np.multiply(rows[:, part], scale[:, None], out=stacked[:, above:, :p])
+        stacked[:, above:, p:] = sides[:, part]
+        block = np.asarray(np.linalg.qr(stacked, mode="r"))
     full = np.zeros((systems, max(p, block.shape[1]), block.shape[2]))
     full[:, : block.shape[1]] = block
     return full[:, :p, :p], full[:, :p, p:], np.sum(full[:, p:, p:] ** 2, axis=1)
@@ -138,7 +146,7 @@ def _refined(rows: Array, sides: Array, triangle: Array, estimate: Array) -> Arr
     """Estimates refined together with their residuals, which are formed in extended precision.
 
     With large residuals a refinement of the estimate alone would stop at the square of the
-    condition number. More rows than one chunk are not refined: it would take longer than the fit.
+    condition number. Very many rows are not refined: it would take longer than the fit.
 
     Source: Björck, Numerical Methods for Least Squares Problems, section 2.9.3.
     """
@@ -149,7 +157,7 @@ def _refined(rows: Array, sides: Array, triangle: Array, estimate: Array) -> Arr
     for _ in range(_REFINEMENTS):
         open_ = aim - residual - wide @ x
         slope = -(wide.transpose(0, 2, 1) @ residual)
-        _, right, _ = _triangularised(rows, open_.astype(float))
+        _, right, _ = _triangularised(rows, open_.astype(float), np.ones(triangle.shape[::2]))
         step = _solved(triangle, right - _solved_transposed(triangle, slope.astype(float)))
         x = x + step
         residual = residual + open_ - wide @ step.astype(long)

@@ -162,7 +162,7 @@ def _nonlinear(found: Identification) -> Iterator[Doubt]:
         return
     # The fit of the paper: say so where the deflections are large enough to matter.
     data = found.measurements
-    size = float(np.linalg.norm(data.deflection[~data.rotations], axis=1).max(initial=0.0))
+    size = float(data.length[~data.rotations].max(initial=0.0))
     if size > _LARGE:
         yield Doubt("linear-model", numbers={"deflection": size})
 

@@ -7,7 +7,7 @@ one pass over the load cases serves both. Campaigns are a batch axis: one is C =
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,8 +15,8 @@ import numpy as np
 
 from elastocal.arrays import Array, IntArray
 from elastocal.elastic.arm import ElasticArm
-from elastocal.elastic.deflections import markers_at, rotations
-from elastocal.elastic.equilibrium import LOST, Linearisation, linearise
+from elastocal.elastic.deflections import rotations
+from elastocal.elastic.equilibrium import LOST, Linearisation, linearise, unbent
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import regressor
 from elastocal.errors import InputError
@@ -26,7 +26,7 @@ from elastocal.measuring.whitening import noise_factors
 
 _CHUNK = 2048  # load cases evaluated at once: what stays in the cache
 _MOST_STEPS = 60
-_AT_REST = 1e-2, 1e-6  # step over standard errors and compliances: the next one is far smaller
+_AT_REST = 1e-2, 1e-7  # step over standard errors and compliances: the next one is far smaller
 
 
 @dataclass(frozen=True)
@@ -76,6 +76,14 @@ class Problem:
                 f"{self.source or 'the measurements'}: the covariance of a reading is not positive "
                 "definite; its uncertainties are too small, or do not fit together"
             ) from None
+
+    @cached_property
+    def shrink(self) -> float | None:
+        """One over the noise, if it is the same number for all coordinates: the usual case."""
+        whitener = self.noise[1]
+        one = whitener[0]
+        same = whitener.strides[0] == 0 and (one == one[0, 0] * np.eye(3)).all()
+        return float(one[0, 0]) if same else None
 
 
 @dataclass(frozen=True)
@@ -140,7 +148,15 @@ def solve_equilibrium(problem: Problem, linear: Solution, loss: Loss) -> Solutio
 
     Source: ours.
     """
-    return _iterate(problem, _Bent(problem), loss, linear.compliance)
+    model = _Bent(problem, _of_all(problem, linear.compliance))
+    return _iterate(problem, model, loss, linear.compliance)
+
+
+def _of_all(problem: Problem, free: Array) -> Array:
+    """(C, c) compliances of all springs for those of the free ones (C, p)."""
+    compliance = np.tile(problem.start, (len(free), 1))
+    compliance[:, problem.free] = free
+    return compliance
 
 
 class _Linear:
@@ -150,14 +166,17 @@ class _Linear:
 
     def __init__(self, problem: Problem) -> None:
         arm, cases = problem.arm, problem.cases
-        parts = [
-            regressor(arm, LoadCases(cases.q[s], cases.wrench[s]))
-            for s in (slice(i, i + _CHUNK) for i in range(0, len(cases), _CHUNK))
-        ]
-        self.gradient = np.concatenate(parts)
+        self.shrink = problem.shrink or 1.0
+        self.gradient = np.empty((len(cases), 3 * len(arm.tool.targets), len(arm.springs)))
+        for s in (slice(i, i + _CHUNK) for i in range(0, len(cases), _CHUNK)):
+            part = regressor(arm, LoadCases(cases.q[s], cases.wrench[s]))
+            np.multiply(part, self.shrink, out=self.gradient[s])
 
     def at(self, compliance: Array) -> tuple[Array, Array]:
-        """(C, N, 3T) deflections and (1, N, 3T, c) gradients for compliances (C, c)."""
+        """(C, N, 3T) deflections and (1, N, 3T, c) gradients for compliances (C, c).
+
+        Both over the noise, if that is one number.
+        """
         deflection = self.gradient.reshape(-1, compliance.shape[1]) @ compliance.T
         return deflection.T.reshape(len(compliance), *self.gradient.shape[:2]), self.gradient[None]
 
@@ -173,58 +192,70 @@ class _Linear:
 class _Bent:
     """Deflections of the equilibrium, linearised where the last step led.
 
+    All is kept as (C N, ...): the load cases of a campaign, one after the other, then the next.
+
     Attributes:
         states: Displacements (C N, c) under load and, if the arm sags, without.
+        steps: The Newton steps (C N, c) of each that lead to the equilibrium.
+        slopes: The derivatives (C N, c, c) of each in the compliances.
     """
 
     direct = False
 
-    def __init__(self, problem: Problem) -> None:
-        self.arm, cases, count = problem.arm, problem.cases, len(problem.deflection)
-        flat = np.zeros((len(cases), len(self.arm.springs)))
-        loads = [cases.wrench] + ([np.zeros_like(cases.wrench)] if self.arm.sags else [])
-        self.q, *self.wrenches = (_each(part[None], count) for part in (cases.q, *loads))
-        self.states = [_each(flat[None], count) for _ in loads]
-        self.unloaded = markers_at(self.arm, cases.q, flat)
-        self.moves: list[Linearisation] = []
+    def __init__(self, problem: Problem, compliance: Array) -> None:
+        self.arm, self.cases, self.shrink = problem.arm, problem.cases, problem.shrink or 1.0
+        idle = np.zeros_like(self.cases.wrench)
+        self.wrenches = [self.cases.wrench] + ([idle] if self.arm.sags else [])
+        self.states = []
+        for wrench in self.wrenches:  # from where the linear model leads
+            self.unloaded, effort = unbent(self.arm, self.cases.q, wrench)
+            self.states.append((compliance[:, None] * effort).reshape(-1, effort.shape[1]))
+        count, c = self.states[0].shape
+        self.steps = [np.empty((count, c)) for _ in self.states]
+        self.slopes = [np.empty((count, c, c)) for _ in self.states]
+        self.deflection = np.empty((count, 3 * len(self.arm.tool.targets)))
+        self.gradient = np.empty((*self.deflection.shape, c))
 
     def at(self, compliance: Array) -> tuple[Array, Array]:
-        """(C, N, 3T) deflections and (C, N, 3T, c) gradients, to first order about the states."""
-        each = _each(compliance[:, None], 1, len(self.unloaded))
-        self.moves = [
-            linearise(self.arm, each, self.q, wrench, state)
-            for wrench, state in zip(self.wrenches, self.states, strict=True)
-        ]
-        moved = [m.markers + np.einsum("nmp,np->nm", m.velocity, m.step) for m in self.moves]
-        gradients = [m.velocity @ m.slope for m in self.moves]
-        if self.arm.sags:
-            deflection, gradient = moved[0] - moved[1], gradients[0] - gradients[1]
-        else:
-            deflection, gradient = (
-                moved[0] - np.tile(self.unloaded, (len(compliance), 1)),
-                gradients[0],
-            )
-        if self.arm.tool.rotation:
-            turned, slope = self._turned()
-            deflection = np.hstack([deflection, turned])
-            gradient = np.concatenate([gradient, slope], axis=1)
-        apart = (len(compliance), len(self.unloaded), deflection.shape[1])
-        return deflection.reshape(apart), gradient.reshape(*apart, -1)
+        """(C, N, 3T) deflections and (C, N, 3T, c) gradients, to first order about the states.
 
-    def _turned(self) -> tuple[Array, Array]:
-        """(C N, 3) rotations of the flange and their (C N, 3, c) gradients, to first order."""
-        vectors, each = rotations(self.arm, self.q, self.moves)
-        parts = list(zip(each, self.moves, strict=True))
-        ahead = sum(np.einsum("nmp,np->nm", rows, move.step) for rows, move in parts)
-        return vectors + ahead, np.asarray(sum(rows @ move.slope for rows, move in parts))
+        Both over the noise, if that is one number. The arrays are those of the last time,
+        overwritten.
+        """
+        cases = len(self.cases)
+        for start in range(0, len(self.deflection), _CHUNK):
+            s = slice(start, start + _CHUNK)
+            campaign, case = np.divmod(np.arange(*s.indices(len(self.deflection))), cases)
+            q, moves = self.cases.q[case], []
+            for i, wrench in enumerate(self.wrenches):
+                each, state = compliance[campaign], self.states[i][s]
+                moves.append(linearise(self.arm, each, q, wrench[case], state))
+                self.steps[i][s], self.slopes[i][s] = moves[i].step, moves[i].slope
+            parts = [(move.velocity, move) for move in moves]
+            ahead, slope = _first_order(parts[:1])
+            deflection = moves[0].markers + ahead
+            if self.arm.sags:
+                back, less = _first_order(parts[1:])
+                deflection, slope = deflection - (moves[1].markers + back), slope - less
+            else:
+                deflection = deflection - self.unloaded[case]
+            m = deflection.shape[1]
+            self.deflection[s, :m], self.gradient[s, :m] = deflection, slope
+            if self.arm.tool.rotation:
+                vectors, turning = rotations(self.arm, q, moves)
+                ahead, slope = _first_order(list(zip(turning, moves, strict=True)))
+                self.deflection[s, m:], self.gradient[s, m:] = vectors + ahead, slope
+            self.deflection[s] *= self.shrink
+            self.gradient[s] *= self.shrink
+        apart = len(compliance), cases, self.deflection.shape[1]
+        return self.deflection.reshape(apart), self.gradient.reshape(*apart, -1)
 
     def advance(self, step: Array) -> None:
         """Move the states to first order for steps (C, c) of the compliances."""
-        each = _each(step[:, None], 1, len(self.unloaded))
-        self.states = [
-            state + move.step + np.einsum("npq,nq->np", move.slope, each)
-            for state, move in zip(self.states, self.moves, strict=True)
-        ]
+        apart = len(step), len(self.cases), *2 * step.shape[1:]
+        for state, ahead, slope in zip(self.states, self.steps, self.slopes, strict=True):
+            state += ahead
+            state += (slope.reshape(apart) @ step[:, None, :, None]).reshape(state.shape)
 
     @property
     def lost(self) -> bool:
@@ -232,22 +263,23 @@ class _Bent:
         return not all((np.abs(state) < LOST).all() for state in self.states)
 
 
-def _each(values: Array, campaigns: int, cases: int = 1) -> Array:
-    """(C N, x) rows of `values`, (C, N, x), where either axis may be 1 and is repeated."""
-    shape = len(values) * campaigns, values.shape[1] * cases, values.shape[2]
-    return np.broadcast_to(values, shape).reshape(-1, shape[2])
+def _first_order(parts: Sequence[tuple[Array, Linearisation]]) -> tuple[Array, Array]:
+    """What rows (N, m, c) make of steps and slopes: (N, m) and (N, m, c), summed over the parts."""
+    ahead = sum(np.einsum("nmp,np->nm", rows, move.step) for rows, move in parts)
+    slope = sum(np.einsum("nmp,npq->nmq", rows, move.slope) for rows, move in parts)
+    return np.asarray(ahead), np.asarray(slope)
 
 
 def _iterate(problem: Problem, model: _Linear | _Bent, loss: Loss, start: Array) -> Solution:
     """Gauss-Newton with weights that follow the residuals, from free compliances (C, p)."""
     free = problem.free
-    compliance = np.tile(problem.start, (len(start), 1))
-    compliance[:, free] = start
-    refine = len(start) == 1  # estimates by the hundred need no more digits than they have
+    compliance = _of_all(problem, start)
+    # The last step of an iteration is small; estimates by the hundred need no more digits.
+    refine = len(start) == 1 and model.direct and loss.tamer is None
     for iteration in range(1, _MOST_STEPS + 1):
         rows, values = _read(problem, *model.at(compliance))
         weight = _weights(problem, loss, values)
-        own = rows[..., free]
+        own = rows if len(free) == rows.shape[-1] else rows[..., free]
         found = _fit(problem, own, values, weight, compliance[:, free], refine=refine)
         step = np.zeros_like(compliance)
         step[:, free] = found.estimate
@@ -288,10 +320,9 @@ def _read(problem: Problem, modelled: Array, gradient: Array) -> tuple[Array, Ar
     deflection = modelled.reshape(len(modelled), -1, 3)
     if len(own) != rows.shape[1] or (own != np.arange(len(own))).any():
         rows, deflection = rows[:, own], deflection[:, own]
+    if problem.shrink is not None:
+        return rows, problem.deflection * problem.shrink - deflection
     open_ = problem.deflection - deflection
-    one = whitener[0]
-    if whitener.strides[0] == 0 and (one == one[0, 0] * np.eye(3)).all():
-        return rows * one[0, 0], open_ * one[0, 0]  # the same number for all: the usual case
     return whitener @ rows, np.einsum("rij,crj->cri", whitener, open_)
 
 

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from elastocal.arrays import Array, frozen
+from elastocal.arrays import Array, IntArray, frozen
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.compliance_model import (
     ComplianceModel,
@@ -195,27 +195,42 @@ def _influences(
     noise when an experiment is left out."""
     cases = measurements.cases
     configuration = cases.distinct
-    root = np.sqrt(found.weight)[:, None]
-    rows = found.rows[:, :, problem.free] * root[..., None]
-    residual = found.residual * root
+    free = _free_rows(problem, found)
+    rows, residual = free, found.residual
+    if (found.weight != 1.0).any():
+        root = np.sqrt(found.weight)[:, None]
+        rows, residual = free * root[..., None], residual * root
     information = found.fit.information
     own = influence(rows, residual, measurements.case, len(cases), information)
     count = int(configuration.max()) + 1
     group = configuration[measurements.case]
     alone = count == len(cases)  # no repeats: the same groups, in another order
     by_case = (
-        reordered(own, np.argsort(configuration))
+        reordered(own, _inverse(configuration))
         if alone
         else influence(rows, residual, group, count, information)
     )
     shift = np.nan_to_num(own.shift)[measurements.case]
-    left_out = found.residual - np.einsum("rip,rp->ri", found.rows[:, :, problem.free], shift)
+    left_out = found.residual - np.einsum("rip,rp->ri", free, shift)
     if len(wanted) == len(problem.free):
         return (own, by_case), left_out
     return (
         influence_on(wanted, own, information),
         influence_on(wanted, by_case, information),
     ), left_out
+
+
+def _inverse(order: IntArray) -> IntArray:
+    """(N,) where each number is in an order of all of them."""
+    place = np.empty_like(order)
+    place[order] = np.arange(len(order))
+    return place
+
+
+def _free_rows(problem: Problem, found: Solution) -> Array:
+    """(R, 3, p) rows of the fitted springs over the noise."""
+    every = len(problem.free) == found.rows.shape[-1]
+    return found.rows if every else found.rows[..., problem.free]
 
 
 def _noise_of_kinds(
@@ -230,7 +245,7 @@ def _noise_of_kinds(
     kinds = measurements.quantities
     if len(kinds) == 1 or how.robust or problem.dof < 1:
         return tuple(NoiseFound(kind, scale, float(problem.dof)) for kind in kinds)
-    rows = found.rows[:, :, problem.free]
+    rows = _free_rows(problem, found)
     root = inverse_root(found.fit.triangle)
     leverage, square = np.sum((rows @ root) ** 2, axis=(1, 2)), np.sum(found.residual**2, axis=1)
     noise = []

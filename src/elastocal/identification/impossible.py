@@ -112,7 +112,7 @@ def _loads(data: Measurements) -> Doubt | None:
 
 
 def _deflections(data: Measurements, robot: Robot) -> Doubt | None:
-    size = np.linalg.norm(data.deflection[~data.rotations], axis=1)
+    size = data.length[~data.rotations]
     posture = Posture(robot, data.cases.q[:_ASKED])
     points = [posture.point(marker) for marker in data.tool.markers]
     far = float(max(np.linalg.norm(point, axis=0).max() for point in points))
@@ -132,8 +132,10 @@ def _not_read(data: Measurements, robot: Robot, kind: Quantity) -> Doubt | None:
     if _most(zero):
         counts = {"zero": int(zero.sum()), "readings": len(zero)}
         return Doubt("impossible-zeros", numbers=counts, unit=kind.unit)
+    if not len(case) or (np.ptp(deflection, axis=0) >= _NOTHING).any():
+        return None
     distinct = len(np.unique(np.hstack([cases.q, cases.wrench])[case], axis=0))
-    if distinct >= _COPIES and (np.ptp(deflection, axis=0) < _NOTHING).all():
+    if distinct >= _COPIES:
         numbers = {"readings": len(case), "cases": distinct}
         return Doubt("impossible-copies", numbers=numbers, unit=kind.unit)
     return None
