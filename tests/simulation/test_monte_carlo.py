@@ -15,6 +15,7 @@ import pytest
 import elastocal as ec
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.load_cases import LoadCases
+from elastocal.elastic.neighbourhood import deflection_series
 from elastocal.elastic.springs import joint_springs, subset
 from elastocal.errors import IdentifiabilityError, InputError
 from elastocal.fitting.least_squares import one_of
@@ -68,7 +69,8 @@ def odd_poses() -> Study:
 @pytest.mark.parametrize(
     "study", [STUDY, odd_study(), odd_poses()], ids=["plain", "odd", "odd poses"]
 )
-def test_the_batch_is_the_same_estimator_as_identify(study: Study, how: Fit) -> None:
+@pytest.mark.parametrize("near", [True, False], ids=["near the truth", "from nothing"])
+def test_the_batch_is_the_same_estimator_as_identify(study: Study, how: Fit, near: bool) -> None:
     """Estimate, covariance, chi-square: campaign by campaign to 1e-10."""
     cases, repeats = published_cases(4), np.array([3, 1, 5, 2])
     rng = np.random.default_rng(3)
@@ -80,6 +82,9 @@ def test_the_batch_is_the_same_estimator_as_identify(study: Study, how: Fit) -> 
     ]
     arm = replace(study.arm, springs=TRUTH.springs)
     design = Design(arm, np.arange(1, 6), TRUTH.compliance, cases, case, covariance, how.linear)
+    if near and not how.linear:
+        about = deflection_series(arm, TRUTH.compliance, cases, design.free)
+        design = replace(design, near=about)
     found = fit_all(design, readings)
     for i, measurements in enumerate(made):
         one = identify(study.arm, measurements, how, known=TRUTH)
@@ -98,6 +103,26 @@ def known_only(names: list[str]) -> ComplianceModel:
         compliance=TRUTH.of(names),
         covariance=np.zeros((len(names), len(names))),
     )
+
+
+def test_campaigns_far_from_the_truth_are_fitted_all_the_same() -> None:
+    """Where the series is not exact, each is fitted on its own: next to others that need not be."""
+    cases, repeats = published_cases(4), np.array([2, 1, 1, 1])
+    rng = np.random.default_rng(4)
+    far = replace(TRUTH, compliance=TRUTH.compliance * [1, 40, 1, 40, 1, 1])
+    made = [simulate(STUDY, truth, cases, repeats, rng) for truth in (TRUTH, far, TRUTH, far)]
+    readings = np.array([m.deflection.reshape(len(m.cases), -1, 3) for m in made])
+    arm, free = replace(STUDY.arm, springs=TRUTH.springs), np.arange(1, 6)
+    near = deflection_series(arm, TRUTH.compliance, cases, free)
+    covariance = made[0].covariance.reshape(5, -1, 3, 3)[1:]
+    case = np.repeat(np.arange(4), repeats)
+    design = Design(arm, free, TRUTH.compliance, cases, case, covariance, False, near=near)
+    found = fit_all(design, readings)
+    for i, measurements in enumerate(made):
+        one = identify(STUDY.arm, measurements, known=TRUTH)
+        np.testing.assert_allclose(found.compliance[i], one.compliance, rtol=1e-9)
+        error = np.sqrt(np.diagonal(one_of(found.covariance, i)))
+        np.testing.assert_allclose(error, one.standard_error, rtol=1e-7)
 
 
 def test_the_judge_is_the_position_after_compensation() -> None:
@@ -366,7 +391,7 @@ def test_progress_is_told() -> None:
         STUDY,
         TRUTH,
         {"a": PLANS["2 configurations"]},
-        CHUNK + 1,
+        4 * CHUNK + 1,
         progress=lambda *a: told.append(a),
     )
-    assert told == [("a", 0.5), ("a", 1.0)]
+    assert told == [("a", 0.8), ("a", 1.0)]

@@ -11,12 +11,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from elastocal.arrays import Array, IntArray, unset
+from elastocal.arrays import Array, BoolArray, IntArray, unset
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
+from elastocal.elastic.neighbourhood import Series
 from elastocal.errors import InputError
+from elastocal.fitting.least_squares import column_norms
 from elastocal.fitting.robust import Squares
 from elastocal.identification.gauss_newton import Problem, solve_equilibrium, solve_linear
+from elastocal.matrices import eliminated
 
 
 @dataclass(frozen=True)
@@ -32,6 +35,8 @@ class Design:
         covariance: (S, T, 3, 3) of the readings [m², rad²].
         linear: Whether the model is the regressor, or else the nonlinear equilibrium.
         known: (E, p) rows with unit noise of what is known before each campaign; none if not given.
+        near: Series of the deflections about the start, where the estimates are near to it: then
+            most fits need no equilibrium.
     """
 
     arm: ElasticArm
@@ -42,6 +47,7 @@ class Design:
     covariance: Array
     linear: bool
     known: Array = field(default_factory=unset)
+    near: Series | None = None
 
     @property
     def dof(self) -> int:
@@ -113,6 +119,21 @@ def fit_all(design: Design, readings: Array, before: Array | None = None) -> Est
     )
     whitener = np.linalg.inv(np.linalg.cholesky(design.covariance))
     apart = np.einsum("nkij,cnkj->cnki", whitener[case], readings - mean[:, case])
+    scatter = np.einsum("cnki,cnki->c", apart, apart)
+    found, sure = None, np.zeros(len(mean), dtype=bool)
+    if design.near is not None and not design.linear:
+        found, sure = _by_series(design.near, design.start, design.problem(mean, before))
+    if found is None or not sure.any():
+        found = _one_by_one(design, mean, before)
+    elif not sure.all():
+        rest = _one_by_one(design, mean[~sure], None if before is None else before[~sure])
+        for whole, part in zip(vars(found).values(), vars(rest).values(), strict=True):
+            whole[~sure] = part
+    return Estimates(found.compliance, found.covariance, found.chi_square + scatter)
+
+
+def _one_by_one(design: Design, mean: Array, before: Array | None) -> Estimates:
+    """Fits (C,) by the linear model, or by iterations on the equilibrium."""
     problem = design.problem(mean, before)
     solution = solve_linear(problem, Squares())
     if not design.linear:
@@ -122,10 +143,59 @@ def fit_all(design: Design, readings: Array, before: Array | None = None) -> Est
             raise InputError(
                 "a virtual campaign cannot be fitted: the loads are too large for these compliances"
             ) from None
-    chi_square = np.sum(apart**2, axis=(1, 2, 3)) + np.sum(solution.residual**2, axis=(1, 2))
     off = problem.extra_values - solution.compliance @ problem.extra_rows.T
-    chi_square = chi_square + np.sum(off**2, axis=1)
+    chi_square = np.sum(solution.residual**2, axis=(1, 2)) + np.sum(off**2, axis=1)
     return Estimates(solution.compliance, solution.fit.covariance, chi_square)
+
+
+_STEPS = 5  # at most; each leaves a ten thousandth of the error before
+_AT_REST = 1e-7  # step over the standard errors after which nothing is left
+_CLEAR = 1e3  # condition up to which normal equations are exact enough
+
+
+def _by_series(near: Series, start: Array, problem: Problem) -> tuple[Estimates | None, BoolArray]:
+    """Fits by the series of the deflections about the start, and which (C,) of them are exact.
+
+    Steps of Gauss-Newton with the information at the centre and the gradient where they are. No
+    estimates at all where the unknowns are not well told apart.
+    """
+    count, p = len(problem.deflection), len(problem.free)
+    exact = np.zeros(count, dtype=bool)
+    whitener, centre = problem.noise[1], start[problem.free]
+
+    def white(values: Array) -> Array:
+        """(C, m, x) values over the noise."""
+        apart = values.reshape(len(values), -1, 3, values.shape[2])
+        return (whitener @ apart).reshape(values.shape)
+
+    together = np.vstack([white(near.gradient(np.zeros((1, p))))[0], problem.extra_rows])
+    scale = column_norms(together)
+    triangle = np.asarray(np.linalg.qr(together / scale, mode="r"))
+    if len(triangle) < p or not np.linalg.cond(triangle) < _CLEAR:
+        return None, exact
+    root = np.linalg.inv(triangle) / scale[:, None]
+    read, change = problem.deflection.reshape(count, -1), np.zeros((count, p))
+    value, rows = near.value[None], white(near.gradient(np.zeros((1, p))))
+    for _ in range(_STEPS):
+        left = white((read - value)[..., None])[..., 0]
+        off = problem.extra_values - (centre + change) @ problem.extra_rows.T
+        pull = np.matmul(left[:, None], rows)[:, 0] + off @ problem.extra_rows
+        step = pull @ root  # over the standard errors
+        change = change + step @ root.T
+        at_rest = np.abs(step).max(axis=1) <= _AT_REST
+        if at_rest.all():
+            break
+        value, exact = near.at(change)
+        rows = white(near.gradient(change))
+    rows = np.broadcast_to(rows, (count, *rows.shape[1:]))
+    scaled = rows / scale
+    known = problem.extra_rows / scale
+    information = scaled.transpose(0, 2, 1) @ scaled + known.T @ known
+    identity = np.broadcast_to(np.eye(p)[..., None], (p, p, count)).copy()
+    inverse = eliminated(np.ascontiguousarray(information.transpose(1, 2, 0)), identity)
+    covariance = inverse.transpose(2, 0, 1) / np.outer(scale, scale)
+    chi_square = np.einsum("cm,cm->c", left, left) + np.sum(off**2, axis=1)
+    return Estimates(centre + change, covariance, chi_square), at_rest & exact
 
 
 def predicted_covariance(design: Design) -> Array:

@@ -15,6 +15,7 @@ from elastocal.arrays import Array, IntArray, frozen
 from elastocal.cores import dealt, several_cores
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.load_cases import LoadCases
+from elastocal.elastic.neighbourhood import deflection_series
 from elastocal.errors import IdentifiabilityError, InputError
 from elastocal.fitting.goodness import quantile
 from elastocal.identification.batch import Design, fit_all, predicted_covariance
@@ -40,6 +41,9 @@ _POOL = 20_000  # random load cases that random plans are drawn from
 
 CHUNK = 250
 """Campaigns computed together. Fixed, so that results do not depend on the number of workers."""
+
+_PART = 4
+"""Chunks that a process is given at once, with their plan."""
 
 Progress = Callable[[str, float], None]
 
@@ -200,15 +204,17 @@ def _design(
     repeats: IntArray,
     how: Fit,
 ) -> Design:
+    free = np.array([truth.names.index(name) for name in study.fitted.names])
     return Design(
         arm=ideal.arm,
-        free=np.array([truth.names.index(name) for name in study.fitted.names]),
+        free=free,
         start=truth.compliance,
         cases=cases,
         case=np.repeat(np.arange(len(cases)), repeats),
         covariance=ideal.covariance,
         linear=how.linear,
         known=rows_known(study),
+        near=None if how.linear else deflection_series(ideal.arm, truth.compliance, cases, free),
     )
 
 
@@ -226,18 +232,30 @@ def _run(
     """The results of all chunks, in order."""
     tell = progress or (lambda what, share: None)
     done: list[tuple[Array, Array, Array]] = []
-    work = [(shared[name], size, seed) for name, size, seed in jobs]
+    parts = [
+        (name, own[i : i + _PART])
+        for name in shared
+        for own in [[(size, seed) for plan, size, seed in jobs if plan == name]]
+        for i in range(0, len(own), _PART)
+    ]
     with several_cores(workers):
-        results = dealt(_chunk, work)
-        for (name, _, _), result in zip(jobs, results, strict=True):
-            done.append(result)
+        results = dealt(_part, [(shared[name], chunks) for name, chunks in parts])
+        for (name, _), result in zip(parts, results, strict=True):
+            done += result
             tell(name, len(done) / len(jobs))
     return done
 
 
-def _chunk(work: tuple[_Plan, int, np.random.SeedSequence]) -> tuple[Array, Array, Array]:
+def _part(
+    work: tuple[_Plan, list[tuple[int, np.random.SeedSequence]]],
+) -> list[tuple[Array, Array, Array]]:
+    """The results of some chunks of a plan."""
+    plan, chunks = work
+    return [_chunk(plan, size, seed) for size, seed in chunks]
+
+
+def _chunk(plan: _Plan, size: int, seed: np.random.SeedSequence) -> tuple[Array, Array, Array]:
     """Estimates, standard errors and errors at the test poses of so many campaigns of a plan."""
-    plan, size, seed = work
     rng = np.random.default_rng(seed)
     readings = _readings(plan, size, rng)
     true = plan.compliance[plan.design.free]

@@ -14,6 +14,7 @@ from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.deflections import deflection_and_gradient, loaded_deflection
 from elastocal.elastic.load_cases import LoadCases
+from elastocal.elastic.neighbourhood import Series, deflection_series
 from elastocal.study.study import TestPose
 from elastocal.study.test_path import TestPath, mean_rows
 
@@ -29,6 +30,7 @@ class Judge:
         arm: The true arm with the tool of the test pose, its TCP the only marker; None: the
             regressor judges.
         case: The load case of the test pose.
+        near: Series of its deflection about the truth, where there is one.
     """
 
     truth: Array
@@ -36,6 +38,7 @@ class Judge:
     regressor: Array
     arm: ElasticArm | None = None
     case: LoadCases | None = None
+    near: Series | None = None
 
 
 def judge(
@@ -51,7 +54,8 @@ def judge(
         return Judge(truth.compliance, free, pose.regressor)
     true = replace(arm, springs=truth.springs, tool=pose.tool.at_tcp)
     if isinstance(pose, TestPose):
-        return Judge(truth.compliance, free, pose.regressor, true, pose.case)
+        near = deflection_series(true, truth.compliance, pose.case, free)
+        return Judge(truth.compliance, free, pose.regressor, true, pose.case, near)
     _, slopes = deflection_and_gradient(true, truth.compliance, pose.cases)
     return Judge(truth.compliance, free, mean_rows(slopes[:, :, free]))
 
@@ -69,9 +73,14 @@ def errors_left(judge: Judge, estimates: Array) -> Array:
     if judge.arm is None or judge.case is None:
         off = (estimates - judge.truth[judge.free]) @ judge.regressor.T
         return np.linalg.norm(off, axis=1)
-    each = np.tile(judge.truth, (len(estimates) + 1, 1))
-    each[1:, judge.free] = estimates
-    count = len(each)
-    cases = LoadCases(np.tile(judge.case.q, (count, 1)), np.tile(judge.case.wrench, (count, 1)))
-    bent = loaded_deflection(judge.arm, each, cases)
-    return np.linalg.norm(bent[1:] - bent[0], axis=1)
+    error, exact = np.zeros(len(estimates)), np.zeros(len(estimates), dtype=bool)
+    if judge.near is not None:
+        bent, exact = judge.near.at(estimates - judge.truth[judge.free])
+        error = np.linalg.norm(bent - judge.near.value, axis=1)
+    if not exact.all():
+        each = np.tile(judge.truth, (int(np.count_nonzero(~exact)) + 1, 1))
+        each[1:, judge.free] = estimates[~exact]
+        q, wrench = (np.tile(part, (len(each), 1)) for part in (judge.case.q, judge.case.wrench))
+        bent = loaded_deflection(judge.arm, each, LoadCases(q, wrench))
+        error[~exact] = np.linalg.norm(bent[1:] - bent[0], axis=1)
+    return error

@@ -181,7 +181,8 @@ def deflections(arm: ElasticArm, compliance: Array, cases: LoadCases, linear: bo
 def noise(covariance: Array, case: IntArray, rng: np.random.Generator) -> Array:
     """(N, T, 3) noise of N experiments, each of a load case, `case` (N,), of S (S, T, 3, 3)."""
     root = np.linalg.cholesky(covariance)[case]
-    return np.asarray((root @ rng.standard_normal((*root.shape[:3], 1)))[..., 0])
+    drawn = rng.standard_normal((*root.shape[:3], 1))[..., 0]
+    return np.einsum("ntij,ntj->nti", root, drawn)
 
 
 def disturbed(wrench: Array, error: LoadError, rng: np.random.Generator) -> Array:
