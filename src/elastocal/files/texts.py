@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -116,3 +117,39 @@ def finite(value: Any) -> Any:
     if isinstance(value, list):
         return [finite(entry) for entry in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def json_text(document: Any) -> str:
+    """The document as JSON of two spaces a level, a file's end of line, `finite`.
+
+    As the library writes it, but what holds no further lists is written in one go.
+    """
+    return _indented(document, 0) + "\n"
+
+
+def _indented(value: Any, depth: int) -> str:
+    entries = value.values() if isinstance(value, dict) else value
+    if not isinstance(value, (dict, list, tuple)) or not value:
+        return _encoder(depth).encode(finite(value))
+    open_, close = "{}" if isinstance(value, dict) else "[]"
+    line = "\n" + "  " * (depth + 1)
+    if not any(isinstance(entry, (dict, list, tuple)) for entry in entries):
+        try:
+            flat = _encoder(depth).encode(value)[1:-1]
+        except ValueError:  # a number that JSON does not have
+            flat = _encoder(depth).encode(finite(value))[1:-1]
+    elif isinstance(value, dict):
+        quoted = _encoder(depth).encode
+        flat = ("," + line).join(
+            f"{quoted(str(key))}: {_indented(entry, depth + 1)}" for key, entry in value.items()
+        )
+    else:
+        flat = ("," + line).join(_indented(entry, depth + 1) for entry in value)
+    return f"{open_}{line}{flat}{line[:-2]}{close}"
+
+
+@cache
+def _encoder(depth: int) -> json.JSONEncoder:
+    """That puts what is in a list of this depth on lines of its own."""
+    separators = (",\n" + "  " * (depth + 1), ": ")
+    return json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=separators)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,7 @@ import numpy as np
 from elastocal import __version__
 from elastocal.arrays import Array
 from elastocal.elastic.springs import VirtualJoints
-from elastocal.files.texts import finite
+from elastocal.files.texts import json_text
 from elastocal.simulation.campaigns import Campaigns, MonteCarlo, RandomCampaigns
 from elastocal.writing import write_text
 
@@ -20,8 +19,7 @@ QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 def write_campaigns(found: MonteCarlo, springs: VirtualJoints, path: str | Path) -> None:
     """Write campaigns.json; `springs` are those that the study fits."""
-    document = finite(campaigns_document(found, springs))
-    write_text(Path(path), json.dumps(document, indent=2, ensure_ascii=False) + "\n")
+    write_text(Path(path), json_text(campaigns_document(found, springs)))
 
 
 def campaigns_document(found: MonteCarlo, springs: VirtualJoints) -> dict[str, Any]:

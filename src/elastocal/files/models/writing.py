@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ import numpy as np
 from elastocal import __version__
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.springs import VirtualJoints
-from elastocal.files.texts import finite
+from elastocal.files.texts import json_text
 from elastocal.robot.chain import Robot, T_body_joint
 from elastocal.robot.geometry_hash import geometry_hash
 from elastocal.writing import write_text
@@ -35,8 +34,8 @@ def write_model(
         provenance: Where it comes from: hashes of study, plan, measurements.
         sections: Further sections, `identification` and `diagnostics`.
     """
-    document = finite(model_document(model, robot, provenance=provenance, sections=sections))
-    write_text(Path(path), json.dumps(document, indent=2, ensure_ascii=False) + "\n")
+    document = model_document(model, robot, provenance=provenance, sections=sections)
+    write_text(Path(path), json_text(document))
 
 
 def model_document(

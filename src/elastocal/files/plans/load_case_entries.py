@@ -82,19 +82,25 @@ def section_at(model: type[_Section], entry: Any, where: str) -> _Section:
 
 def load_case_entries(robot: Robot, cases: LoadCases) -> Iterator[dict[str, Any]]:
     """One entry for each load case."""
-    for q, wrench in zip(cases.q, cases.wrench, strict=True):
-        entry = configuration_entry(robot, q)
-        entry["force_N"] = [float(v) for v in wrench[:3]]
-        entry["torque_Nm"] = [float(v) for v in wrench[3:]]
+    for entry, wrench in zip(_configurations(robot, cases.q), cases.wrench.tolist(), strict=True):
+        entry["force_N"], entry["torque_Nm"] = wrench[:3], wrench[3:]
         yield entry
 
 
 def configuration_entry(robot: Robot, q: Array) -> dict[str, Any]:
     """The keys q_deg, and q_mm if a joint slides, of a configuration (n,)."""
-    entry: dict[str, Any] = {"q_deg": {}}
-    for joint, value in zip(robot.joints, q.tolist(), strict=True):
-        entry.setdefault(f"q_{joint.kind.key}", {})[joint.name] = joint.kind.scale * value
-    return entry
+    return next(_configurations(robot, q[None]))
+
+
+def _configurations(robot: Robot, q: Array) -> Iterator[dict[str, Any]]:
+    """The same of many, (N, n)."""
+    kinds = [joint.kind for joint in robot.joints]
+    columns = [(f"q_{k.key}", j.name) for k, j in zip(kinds, robot.joints, strict=True)]
+    for row in (q * [kind.scale for kind in kinds]).tolist():
+        entry: dict[str, Any] = {"q_deg": {}}
+        for (key, name), value in zip(columns, row, strict=True):
+            entry.setdefault(key, {})[name] = value
+        yield entry
 
 
 def load_cases_hash(entries: Any, via: Any) -> str:

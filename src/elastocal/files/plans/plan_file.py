@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +26,7 @@ from elastocal.files.plans.proposal_file import (
 from elastocal.files.plans.via_points import VIA, via_document
 from elastocal.files.study.embedded_study import study_in
 from elastocal.files.tables.csv_table import is_table
-from elastocal.files.texts import finite, read_text, text_hash
+from elastocal.files.texts import json_text, read_text, text_hash
 from elastocal.planning.assessment import Assessment, assess
 from elastocal.planning.certificate import (
     Certificate,
@@ -57,7 +56,7 @@ def write_plan(plan: Plan, path: str | Path) -> None:
 
 def _text(plan: Plan) -> str:
     """The text of plan.json."""
-    return json.dumps(finite(plan_document(plan)), indent=2, ensure_ascii=False) + "\n"
+    return json_text(plan_document(plan))
 
 
 def read_plan(
