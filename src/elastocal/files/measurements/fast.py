@@ -38,7 +38,7 @@ _NEWLINE, _SPACE, _MINUS, _PLUS = b"\n -+"
 Loads = NDArray[np.uint64]
 
 
-@dataclass
+@dataclass(frozen=True)
 class _Block:
     """Cells of R rows of a table.
 
