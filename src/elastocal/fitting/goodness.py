@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.arrays import Array, IntArray
+from elastocal.fitting.chances import chi_square_above, normal_quantile, ratio_above
 
 SURE = 1e-3
 """Probability below which chance is ruled out."""
@@ -41,26 +42,24 @@ class LackOfFit:
 
 def p_value_chi_square(chi_square: float, dof: int) -> float:
     """Probability that χ² with `dof` degrees of freedom is larger."""
-    from scipy.special import chdtrc
-
-    return float(chdtrc(dof, chi_square)) if dof > 0 else float("nan")
+    return chi_square_above(chi_square, dof) if dof > 0 else float("nan")
 
 
 def quantile(probability: float, dof: float) -> float:
     """Quantile of the normal distribution, or of Student's t."""
-    from scipy.special import ndtri, stdtrit
+    if np.isinf(dof):
+        return normal_quantile(probability)
+    from scipy.special import stdtrit
 
-    return float(ndtri(probability) if np.isinf(dof) else stdtrit(dof, probability))
+    return float(stdtrit(dof, probability))
 
 
 def p_value_ratio(scale: float, dof: float, other: float, other_dof: float) -> float:
     """Probability of two estimates of one noise so far apart, in either direction."""
-    from scipy.special import fdtrc
-
     if not (dof > 0.0 and other_dof > 0.0 and np.isfinite(scale) and np.isfinite(other)):
         return float("nan")
     ratio = scale**2 / max(other**2, 1e-300)
-    above = float(fdtrc(dof, other_dof, ratio))
+    above = ratio_above(ratio, dof, other_dof)
     return 2.0 * min(above, 1.0 - above)
 
 
@@ -78,8 +77,6 @@ def lack_of_fit(
 
     Source: Draper & Smith, Applied Regression Analysis, ch. 2, for vectors of known covariance.
     """
-    from scipy.special import fdtrc
-
     size = np.bincount(group)
     there = size > 0
     index, groups = (np.cumsum(there) - 1)[group], int(np.count_nonzero(there))
@@ -107,5 +104,5 @@ def lack_of_fit(
         pure_dof=pure_dof,
         fit_scale=float(np.sqrt(about / fit_dof)),
         fit_dof=fit_dof,
-        p_value=float(fdtrc(fit_dof, pure_dof, ratio)),
+        p_value=ratio_above(ratio, fit_dof, pure_dof),
     )
