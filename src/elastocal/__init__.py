@@ -18,7 +18,7 @@ _PUBLIC = {
     "Tool": "elastocal.robot.chain",
     "load_robot": "elastocal.robot.sources",
     "from_dh": "elastocal.robot.sources",
-    "from_urdf": "elastocal.robot.sources",
+    "from_urdf": "elastocal.robot.sources.urdf",
     "Coupling": "elastocal.robot.controller_axes",
     "DHRow": "elastocal.robot.sources",
     "LoadCases": "elastocal.elastic.load_cases",

@@ -15,7 +15,8 @@ from elastocal.drawing.skeleton import skeletons
 from elastocal.drawing.solids import Mesh
 from elastocal.robot.posture import Posture
 from elastocal.robot.shapes import Shape
-from elastocal.robot.sources import from_urdf, kuka_kr270
+from elastocal.robot.sources import kuka_kr270
+from elastocal.robot.sources.urdf import from_urdf
 from elastocal.viewer.frames import rigid_frames
 from elastocal.viewer.parts import chain_parts, robot_parts, tool_parts
 from elastocal.viewer.readout import Room, read_out

@@ -7,10 +7,8 @@ import re
 from collections.abc import Iterator
 from typing import Any, get_args
 
-from pydantic import ValidationError
-
+from elastocal.files.sections import Mistake, Section, SectionError, fields_of
 from elastocal.files.tables.units import UNITS
-from elastocal.files.values import Section, as_written
 from elastocal.files.yaml_lines import Located, Path_
 from elastocal.names import shown
 
@@ -18,52 +16,40 @@ _WORDS = [*(unit.replace(".", "") for units in UNITS.values() for unit in units)
 _UNIT = rf"_({'|'.join(map(re.escape, [*_WORDS, 'min', 's', 'h']))})(_s)?$"
 
 
-def first_problem(document: Located, error: ValidationError, model: type[Section]) -> str:
+def first_problem(document: Located, error: SectionError, model: type[Section]) -> str:
     """A sentence on the first thing that is wrong, with its line.
 
     Args:
         document: The file.
-        error: What pydantic says of it.
+        error: What its section says of it.
         model: What the whole file should be.
     """
-    entries: list[dict[str, Any]] = [dict(entry) for entry in error.errors()]
     # A misspelt key is also reported as missing: one mistake, one message.
-    spoilt = {e["loc"][:-1] for e in entries if e["type"] == "extra_forbidden"}
-    entries = [e for e in entries if e["type"] != "missing" or e["loc"][:-1] not in spoilt]
-    problems = sorted(_described(document, entry, model) for entry in entries)
+    spoilt = {one.place[:-1] for one in error.problems if one.kind == "unknown"}
+    problems = sorted(
+        _described(document, one, model)
+        for one in error.problems
+        if one.kind != "missing" or one.place[:-1] not in spoilt
+    )
     more = len({line for (line, _), _ in problems}) - 1
     rest = f" (and {more} more line{'s' if more > 1 else ''} to mend)" if more > 0 else ""
     return problems[0][1] + rest
 
 
 def _described(
-    document: Located, error: dict[str, Any], model: type[Section]
+    document: Located, one: Mistake, model: type[Section]
 ) -> tuple[tuple[int, int], str]:
-    """((line, -depth), sentence) for one pydantic error."""
-    path = _real_path(document.value, error["loc"], error["type"] == "missing")
-    kind, found = error["type"], error["input"]
-    if kind == "extra_forbidden":
+    """((line, -depth), sentence) for one problem."""
+    path = one.place
+    if one.kind == "unknown":
         sentence = f"unknown key {path[-1]!r}{_suggestion(document.value, path, model)}"
-    elif kind == "missing":
+    elif one.kind == "missing":
         parent = _spelled(path[:-1])
         sentence = f"key {path[-1]!r} is missing" + (f" in {parent}" if parent else "")
-    elif kind == "literal_error":
-        sentence = (
-            f"{_spelled(path)}: expected {error['ctx']['expected']}, found {as_written(found)}"
-        )
-    elif kind == "value_error":
-        sentence = f"{_spelled(path)}: {error['ctx']['error']}"
     else:
-        plain = found is None or isinstance(found, (str, int, float))
-        shown = as_written(found) if plain else type(found).__name__
-        expected = {
-            "model_type": "a section of keys",
-            "dict_type": "a section of keys",
-            "list_type": "a list",
-        }.get(kind, error["msg"].removeprefix("Input should be "))
-        sentence = f"{_spelled(path)}: expected {expected}, found {shown}"
+        sentence = f"{_spelled(path)}: {one.said}"
     # A missing key has no line of its own, so it comes last; on one line the deepest comes first.
-    place = (document.line(path) + (1_000_000 if kind == "missing" else 0), -len(path))
+    place = (document.line(path) + (1_000_000 if one.kind == "missing" else 0), -len(path))
     return place, f"{document.where(path)}: {sentence}"
 
 
@@ -74,33 +60,19 @@ def _spelled(path: Path_) -> str:
     return f"{words}, entry {last + 1}" if isinstance(last, int) else words
 
 
-def _real_path(value: Any, location: tuple[str | int, ...], missing: bool) -> Path_:
-    """The part of a pydantic location that names keys of the file, not branches of types."""
-    path: list[str | int] = []
-    for i, part in enumerate(location):
-        if isinstance(value, dict) and part in value:
-            value = value[str(part)]
-        elif isinstance(value, list) and isinstance(part, int) and part < len(value):
-            value = value[part]
-        elif not missing or i < len(location) - 1:
-            continue
-        path.append(part)
-    return tuple(path)
-
-
 def _suggestion(value: Any, path: Path_, model: type[Section]) -> str:
     """What the unknown key at the end of `path` was probably meant to be."""
     key, likely = str(path[-1]), [model]
     for part in path[:-1]:
         value = value[part]
-        field = model.model_fields.get(str(part))
+        field = fields_of(model).get(str(part))
         # Of several forms of a section, the one of which most keys are there, but not this one.
-        forms = list(_parts(field.annotation)) if field else []
-        forms = [form for form in forms if key not in form.model_fields] or forms
-        shared = [len(form.model_fields.keys() & _keys(value)) for form in forms]
+        forms = list(_parts(field)) if field else []
+        forms = [form for form in forms if key not in fields_of(form)] or forms
+        shared = [len(fields_of(form).keys() & _keys(value)) for form in forms]
         likely = [f for f, n in zip(forms, shared, strict=True) if n == max(shared)] or [model]
         model = likely[0]
-    allowed = list(dict.fromkeys(name for form in likely for name in form.model_fields))
+    allowed = list(dict.fromkeys(name for form in likely for name in fields_of(form)))
     stem = re.sub(_UNIT, "", key)
     with_unit = [name for name in allowed if re.sub(_UNIT, "", name) == stem]
     if with_unit and with_unit[0] != key:
@@ -121,8 +93,8 @@ def _keys(value: Any) -> set[str]:
 def sections_of(model: type[Section]) -> Iterator[type[Section]]:
     """A section and all that are below it."""
     yield model
-    for field in model.model_fields.values():
-        for part in _parts(field.annotation):
+    for field in fields_of(model).values():
+        for part in _parts(field):
             yield from sections_of(part)
 
 

@@ -10,8 +10,7 @@ import re
 from collections.abc import Callable
 from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Discriminator, Tag
-
+from elastocal.files.sections import After, Before, Told, Variant, as_written
 from elastocal.names import LONGEST, flaw
 
 _LONGEST_PATH = 4096  # as long as paths may be
@@ -93,7 +92,7 @@ def _whole(value: Any) -> int:
     return value
 
 
-def _numbers(count: int, what: str, number: Callable[[Any], float] = _number) -> BeforeValidator:
+def _numbers(count: int, what: str, number: Callable[[Any], float] = _number) -> Before:
     def check(value: Any) -> list[float]:
         if not isinstance(value, list):
             raise ValueError(f"expected {what}, found {as_written(value)}")
@@ -101,7 +100,7 @@ def _numbers(count: int, what: str, number: Callable[[Any], float] = _number) ->
             raise ValueError(f"expected {what}, found {len(value)} values")
         return [number(entry) for entry in value]
 
-    return BeforeValidator(check)
+    return Before(check)
 
 
 def _rows(value: Any) -> list[list[float]]:
@@ -138,7 +137,7 @@ def _argument(value: Any) -> str:
     return str(value)
 
 
-def off_or(section: str) -> BeforeValidator:
+def off_or(section: str) -> Before:
     """`off`, which YAML 1.1 reads as false; `section` is what may be written instead."""
 
     def check(value: Any) -> Any:
@@ -146,14 +145,7 @@ def off_or(section: str) -> BeforeValidator:
             return "off"
         raise ValueError(f"expected off or {section}, found {as_written(value)}")
 
-    return BeforeValidator(check)
-
-
-def as_written(value: Any) -> str:
-    """A value as a file has it: true for what Python calls True, nothing for None."""
-    if isinstance(value, bool) or value is None:
-        return {True: "true", False: "false", None: "nothing"}[value]
-    return f"{value!r:.80}"
+    return Before(check)
 
 
 def _flag(value: Any) -> bool:
@@ -166,8 +158,8 @@ def _metres(millimetres: float) -> float:
     return millimetres / 1e3
 
 
-def _each(convert: Callable[[float], float]) -> AfterValidator:
-    return AfterValidator(lambda values: [convert(value) for value in values])
+def _each(convert: Callable[[float], float]) -> After:
+    return After(lambda values: [convert(value) for value in values])
 
 
 def mm(length: float) -> str:
@@ -180,66 +172,50 @@ def deg(angle: float) -> str:
     return f"{math.degrees(angle):g}"
 
 
-Number = Annotated[float, BeforeValidator(_number)]
-Finite = Annotated[float, BeforeValidator(_finite)]
+Number = Annotated[float, Before(_number)]
+Finite = Annotated[float, Before(_finite)]
 """A number however small, as products of sines and covariances are."""
 FiniteVector = Annotated[list[float], _numbers(3, "three numbers [x, y, z]", _finite)]
-Matrix = Annotated[list[list[float]], BeforeValidator(_rows)]
-AtLeastZero = Annotated[float, BeforeValidator(_at_least_zero)]
+Matrix = Annotated[list[list[float]], Before(_rows)]
+AtLeastZero = Annotated[float, Before(_at_least_zero)]
 """As `Finite`, not negative: what sizes, errors and ratios are."""
-Share = Annotated[float, BeforeValidator(_share)]
-Natural = Annotated[int, BeforeValidator(_natural)]
+Share = Annotated[float, Before(_share)]
+Natural = Annotated[int, Before(_natural)]
 """How many of something there were: a whole number from 0."""
-Positive = Annotated[float, BeforeValidator(_positive)]
-NonNegative = Annotated[float, BeforeValidator(_non_negative)]
-Count = Annotated[int, BeforeValidator(_count)]
+Positive = Annotated[float, Before(_positive)]
+NonNegative = Annotated[float, Before(_non_negative)]
+Count = Annotated[int, Before(_count)]
 Vector = Annotated[list[float], _numbers(3, "three numbers [x, y, z]")]
 Range = Annotated[list[float], _numbers(2, "two numbers [lower, upper]")]
-Name = Annotated[str, BeforeValidator(_text)]
+Name = Annotated[str, Before(_text)]
 """One line of visible signs, not too long."""
-FileName = Annotated[str, BeforeValidator(lambda value: _text(value, _LONGEST_PATH))]
+FileName = Annotated[str, Before(lambda value: _text(value, _LONGEST_PATH))]
 """A name with folders."""
-Argument = Annotated[str, BeforeValidator(_argument)]
-Flag = Annotated[bool, BeforeValidator(_flag)]
-NamePair = Annotated[list[str], BeforeValidator(_pair)]
+Argument = Annotated[str, Before(_argument)]
+Flag = Annotated[bool, Before(_flag)]
+NamePair = Annotated[list[str], Before(_pair)]
 Axis = Literal["x", "y", "z"] | Vector
 
-Millimetres = Annotated[Number, AfterValidator(_metres)]
-PositiveMillimetres = Annotated[Positive, AfterValidator(_metres)]
+Millimetres = Annotated[Number, After(_metres)]
+PositiveMillimetres = Annotated[Positive, After(_metres)]
 MillimetreVector = Annotated[Vector, _each(_metres)]
 MillimetreRange = Annotated[Range, _each(_metres)]
-Micrometres = Annotated[Number, AfterValidator(lambda value: value / 1e6)]
-PositiveMicrometres = Annotated[Positive, AfterValidator(lambda value: value / 1e6)]
-PositiveMilliradians = Annotated[Positive, AfterValidator(lambda value: value / 1e3)]
-Degrees = Annotated[Number, AfterValidator(math.radians)]
-PositiveDegrees = Annotated[Positive, AfterValidator(math.radians)]
+Micrometres = Annotated[Number, After(lambda value: value / 1e6)]
+PositiveMicrometres = Annotated[Positive, After(lambda value: value / 1e6)]
+PositiveMilliradians = Annotated[Positive, After(lambda value: value / 1e3)]
+Degrees = Annotated[Number, After(math.radians)]
+PositiveDegrees = Annotated[Positive, After(math.radians)]
 DegreeVector = Annotated[Vector, _each(math.radians)]
 DegreeRange = Annotated[Range, _each(math.radians)]
-Minutes = Annotated[Number, AfterValidator(lambda value: 60.0 * value)]
+Minutes = Annotated[Number, After(lambda value: 60.0 * value)]
 
 
 _T = TypeVar("_T")
 _U = TypeVar("_U")
 Either = Annotated[
-    Annotated[_T, Tag("plain")] | Annotated[_U, Tag("section")],
-    Discriminator(lambda value: "section" if isinstance(value, dict) else "plain"),
+    Annotated[_T, Variant("plain")] | Annotated[_U, Variant("section")],
+    Told(lambda value: "section" if isinstance(value, dict) else "plain"),
 ]
 """A plain value or a section, told apart by form, so that errors speak of one of them only."""
 OneOrByName = Either[_T, dict[Name, _T]]
 ListOrByName = Either[list[_T], dict[Name, _T]]
-
-
-class Section(BaseModel):
-    """A mapping of the file; unknown keys are errors.
-
-    Fields are called as the keys of the file are; their values are in SI units, their defaults,
-    as those of the file, in the unit of the key.
-    """
-
-    model_config = ConfigDict(extra="forbid", validate_default=True)
-
-
-class OpenSection(Section):
-    """A section that may say more than is looked at: what programs write for each other."""
-
-    model_config = ConfigDict(extra="allow", validate_default=True)

@@ -13,9 +13,9 @@ from elastocal.arrays import Array
 from elastocal.errors import InputError
 from elastocal.robot.chain import Robot, T_body_joint
 from elastocal.robot.posture import Posture, forward_kinematics
-from elastocal.robot.sources import from_urdf, urdf
+from elastocal.robot.sources import urdf
 from elastocal.robot.sources.mesh_files import MeshFiles
-from elastocal.robot.sources.urdf import LARGEST, parse_urdf
+from elastocal.robot.sources.urdf import LARGEST, from_urdf, parse_urdf
 
 GOOD = """\
 <robot name="two">

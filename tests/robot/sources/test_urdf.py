@@ -11,7 +11,8 @@ import yourdfpy
 from elastocal.arrays import Array
 from elastocal.robot.chain import Robot
 from elastocal.robot.posture import Posture, forward_kinematics, jacobian
-from elastocal.robot.sources import from_urdf, kuka_kr270
+from elastocal.robot.sources import kuka_kr270
+from elastocal.robot.sources.urdf import from_urdf
 from elastocal.robot.sources.urdf_elements import read_elements
 from tests.robot.sources.oracle import OWN, UrdfOracle, zoo
 

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from elastocal.errors import InputError
-from elastocal.robot.sources import from_urdf, xacro_text
+from elastocal.robot.sources import xacro_text
+from elastocal.robot.sources.urdf import from_urdf
 
 HEAD = '<robot name="{}" xmlns:xacro="http://www.ros.org/wiki/xacro">'
 MACRO = HEAD.format("parts") + (

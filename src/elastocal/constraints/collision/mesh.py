@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
-from elastocal.constraints.collision.collada import collada
 from elastocal.errors import InputError
 from elastocal.reading import bytes_of
 from elastocal.robot.shapes import Shape
@@ -114,6 +113,8 @@ def _read(path: Path) -> tuple[Array, IntArray]:
         )
     data = bytes_of(path, LARGEST)
     if path.suffix.lower() == ".dae":
+        from elastocal.constraints.collision.collada import collada
+
         vertices, faces = collada(data, str(path))
     else:
         vertices, faces = _by_trimesh(path, data)

@@ -10,27 +10,26 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, ValidationError
 
 from elastocal.arrays import Array
 from elastocal.errors import InputError, MeasurementFileError
 from elastocal.files.measurements.columns import WORDS, Meaning, meaning_named
 from elastocal.files.problems import first_problem
+from elastocal.files.sections import (
+    After,
+    Before,
+    Section,
+    SectionError,
+    Told,
+    Variant,
+    as_written,
+    fresh,
+)
 from elastocal.files.tables.layout import Style
 from elastocal.files.tables.numbers import LARGEST
 from elastocal.files.tables.units import factor, split_header, unit_hint
 from elastocal.files.texts import is_version, read_text
-from elastocal.files.values import (
-    Count,
-    DegreeVector,
-    Either,
-    Flag,
-    Name,
-    Number,
-    Section,
-    Vector,
-    as_written,
-)
+from elastocal.files.values import Count, DegreeVector, Either, Flag, Name, Number, Vector
 from elastocal.files.yaml_lines import Located, Path_, parse
 from elastocal.reading import is_character_set
 from elastocal.robot.chain import Robot
@@ -39,20 +38,6 @@ from elastocal.robot.rotations import from_zyx_angles
 _LARGEST = 1_000_000  # bytes
 _BARE_UNIT = re.compile(r"\{[^}\"'\n]*\w \[")  # a key with its unit, not quoted, in braces
 _DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|", "space": " "}
-
-
-class ColumnFile(Section):
-    """A column of one of several files."""
-
-    file: Count
-    column: Annotated[int, Field(ge=1)] | str
-
-
-class FrameFile(Section):
-    """Rotation from the frame of the readings to the base frame."""
-
-    rpy_deg: DegreeVector | None = None
-    matrix: list[Vector] | None = None
 
 
 def _column(value: Any) -> Any:
@@ -64,7 +49,30 @@ def _column(value: Any) -> Any:
     return value
 
 
-_Column = Either[Annotated[int | str, BeforeValidator(_column)], ColumnFile]
+_Place = Annotated[int | str, Before(_column)]
+
+
+def _skipped(value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= 10_000:
+        raise ValueError(f"expected a whole number from 0 to 10000, found {as_written(value)}")
+    return value
+
+
+class ColumnFile(Section):
+    """A column of one of several files."""
+
+    file: Count
+    column: _Place
+
+
+class FrameFile(Section):
+    """Rotation from the frame of the readings to the base frame."""
+
+    rpy_deg: DegreeVector | None = None
+    matrix: list[Vector] | None = None
+
+
+_Column = Either[_Place, ColumnFile]
 
 
 def _known_encoding(name: str) -> str:
@@ -83,12 +91,12 @@ def _usual(value: float) -> float:
 
 
 _Constant = Annotated[
-    Annotated[Name, Tag("word")] | Annotated[Number, AfterValidator(_usual), Tag("number")],
-    Discriminator(lambda value: "word" if isinstance(value, str) else "number"),
+    Annotated[Name, Variant("word")] | Annotated[Number, After(_usual), Variant("number")],
+    Told(lambda value: "word" if isinstance(value, str) else "number"),
 ]
 _Constants = Annotated[
-    Annotated[_Constant, Tag("one")] | Annotated[list[_Constant], Tag("several")],
-    Discriminator(lambda value: "several" if isinstance(value, list) else "one"),
+    Annotated[_Constant, Variant("one")] | Annotated[list[_Constant], Variant("several")],
+    Told(lambda value: "several" if isinstance(value, list) else "one"),
 ]
 
 
@@ -98,13 +106,13 @@ class MappingFile(Section):
     elastocal: Literal[1]
     delimiter: Literal["comma", "semicolon", "tab", "bar", "space"] | None = None
     decimal: Literal["point", "comma"] | None = None
-    encoding: Annotated[Name, AfterValidator(_known_encoding)] | None = None
-    skip_lines: Annotated[int, Field(ge=0, le=10_000, strict=True)] = 0
+    encoding: Annotated[Name, After(_known_encoding)] | None = None
+    skip_lines: Annotated[int, Before(_skipped)] = 0
     header: Flag = True
     columns: dict[Name, _Column]
-    markers: dict[Name, dict[Name, _Column]] = Field(default_factory=dict)
-    constants: dict[Name, _Constants] = Field(default_factory=dict)
-    words: dict[Name, dict[Name, Name]] = Field(default_factory=dict)
+    markers: dict[Name, dict[Name, _Column]] = fresh(dict)
+    constants: dict[Name, _Constants] = fresh(dict)
+    words: dict[Name, dict[Name, Name]] = fresh(dict)
     frame: FrameFile | None = None
     joints: Literal["model", "controller"] = "model"
 
@@ -232,8 +240,8 @@ def _validated(document: Located) -> MappingFile:
             f"version of its format; found {value.get('elastocal')!r}"
         )
     try:
-        return MappingFile.model_validate(value)
-    except ValidationError as error:
+        return MappingFile.of(value)
+    except SectionError as error:
         raise MeasurementFileError(first_problem(document, error, MappingFile)) from None
 
 

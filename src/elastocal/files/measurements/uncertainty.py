@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from elastocal.arrays import Array, IntArray
 from elastocal.errors import MeasurementFileError
-from elastocal.files.measurements.columns import Triple
-from elastocal.files.measurements.table import Table
+
+if TYPE_CHECKING:
+    from elastocal.files.measurements.columns import Triple
+    from elastocal.files.measurements.table import Table
 
 COVERAGE = 2.0
 """U95 is this many standard uncertainties."""

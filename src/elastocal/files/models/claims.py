@@ -5,15 +5,15 @@ What is claimed of the compliances is compared with them; the rest must be what 
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Self
+from typing import Annotated, Any
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, model_validator
 
 from elastocal.arrays import Array
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.errors import InputError
-from elastocal.files.values import AtLeastZero, Finite, Flag, Matrix, Name, Natural, OpenSection
+from elastocal.files.sections import After, Before, OpenSection
+from elastocal.files.values import AtLeastZero, Finite, Flag, Matrix, Name, Natural
 from elastocal.files.yaml_lines import LocatedError, at
 from elastocal.fitting.goodness import quantile
 from elastocal.identification.choices import LossName, Model, Sigma
@@ -37,17 +37,16 @@ class ProvenanceFile(OpenSection):
     models: list[OriginFile] | None = None
     readings: list[str] | None = None
 
-    @model_validator(mode="after")
-    def _of_one_piece(self) -> Self:
+    def contradiction(self) -> str:
         """The measurements are among the readings: of one file both have the same hash."""
         named, readings = self.measurements or OriginFile(), self.readings or ()
         several = ", " in named.name or " through " in named.name
         if named.sha256 and readings and not several and named.sha256 not in readings:
-            raise ValueError(
+            return (
                 f"the sha256 of measurements, {named.sha256[:16]!r}…, is not among the readings; "
                 "one of them was changed"
             )
-        return self
+        return ""
 
 
 def _confidence(value: float) -> float:
@@ -70,8 +69,8 @@ class IdentificationFile(OpenSection):
     sigma: Sigma = "known"
     loss: LossName = "squares"
     nonnegative: Flag = False
-    confidence: Annotated[Finite, AfterValidator(_confidence)] = 0.95
-    interval: dict[str, Annotated[list[Finite], BeforeValidator(_two)]] | None = None
+    confidence: Annotated[Finite, After(_confidence)] = 0.95
+    interval: dict[str, Annotated[list[Finite], Before(_two)]] | None = None
     linear_model: dict[str, Finite] | None = None
     iterations: Natural | None = None
     experiments: Natural | None = None

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, Field, ValidationError
 
 from elastocal.arrays import Array
 from elastocal.elastic.compliance_model import ComplianceModel
@@ -27,9 +26,10 @@ from elastocal.files.models.claims import (
     refuse_false_claims,
 )
 from elastocal.files.problems import first_problem
+from elastocal.files.sections import After, Before, Section, SectionError, fresh
 from elastocal.files.study.springs import SpringFile, extra_springs, in_chain_order
 from elastocal.files.texts import is_version, json_document, read_text
-from elastocal.files.values import Finite, Matrix, Name, Positive, Section
+from elastocal.files.values import Finite, Matrix, Name, Positive
 from elastocal.files.yaml_lines import Located, LocatedError, at, parse
 from elastocal.matrices import is_covariance, is_symmetric
 from elastocal.names import flaw
@@ -66,7 +66,7 @@ class ComplianceFile(Section):
 
     value: Finite
     unit: Any
-    standard_error: Annotated[Finite | None, AfterValidator(_not_negative)] = None
+    standard_error: Annotated[Finite | None, After(_not_negative)] = None
 
 
 class StiffnessFile(ComplianceFile):
@@ -92,15 +92,11 @@ class ModelFile(Section):
     geometry_sha256: Name | None = None
     source: Any = None
     provenance: ProvenanceFile | None = None
-    compliance: dict[Name, Annotated[ComplianceFile, BeforeValidator(_entry)]] = Field(
-        default_factory=dict
-    )
-    stiffness: dict[Name, Annotated[StiffnessFile, BeforeValidator(_entry)]] = Field(
-        default_factory=dict
-    )
-    springs: dict[Name, SpringFile] = Field(default_factory=dict)
+    compliance: dict[Name, Annotated[ComplianceFile, Before(_entry)]] = fresh(dict)
+    stiffness: dict[Name, Annotated[StiffnessFile, Before(_entry)]] = fresh(dict)
+    springs: dict[Name, SpringFile] = fresh(dict)
     covariance: CovarianceFile | None = None
-    dof: Annotated[Finite | None, AfterValidator(_above_zero)] = None
+    dof: Annotated[Finite | None, After(_above_zero)] = None
     identification: IdentificationFile | None = None
     diagnostics: DiagnosticsFile | None = None
 
@@ -154,8 +150,8 @@ def _read(path: Path, made: Callable[[ModelFile, dict[str, Any]], _Made]) -> _Ma
     text = read_text(path)
     document = _parse(text, path)
     try:
-        return made(ModelFile.model_validate(document), document)
-    except ValidationError as error:
+        return made(ModelFile.of(document), document)
+    except SectionError as error:
         message = first_problem(_located(document, text, path), error, ModelFile)
     except LocatedError as error:
         message = f"{_located(document, text, path).where(error.path)}: {error}"

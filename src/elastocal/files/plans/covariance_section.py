@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, Field
 
 from elastocal.arrays import Array
 from elastocal.elastic.springs import VirtualJoints
 from elastocal.errors import PlanFileError
 from elastocal.files.plans.done_section import square
 from elastocal.files.plans.load_case_entries import section_at
+from elastocal.files.sections import NOTHING, Before, PartSection
 from elastocal.robot.joint_kinds import KINDS
 
 
@@ -28,16 +28,12 @@ def _units(value: Any) -> list[str]:
     return value
 
 
-class PlanCovarianceFile(BaseModel):
+class PlanCovarianceFile(PartSection):
     """The section `covariance`: SI, in the units of the compliances multiplied."""
 
-    order: Annotated[list[str], BeforeValidator(_names)] = Field(
-        default=None, validate_default=True
-    )
-    unit: Annotated[list[str] | None, BeforeValidator(_units)] = None
-    matrix: Annotated[list[list[float]], BeforeValidator(square)] = Field(
-        default=None, validate_default=True
-    )
+    order: Annotated[list[str], Before(_names)] = NOTHING
+    unit: Annotated[list[str], Before(_units)] | None = None
+    matrix: Annotated[list[list[float]], Before(square)] = NOTHING
 
 
 def covariance_section(springs: VirtualJoints, covariance: Array) -> dict[str, Any]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, Field
 
 from elastocal.arrays import frozen
 from elastocal.files.plans.load_case_entries import (
@@ -15,6 +14,7 @@ from elastocal.files.plans.load_case_entries import (
     read_load_cases,
     section_at,
 )
+from elastocal.files.sections import NOTHING, Before, PartSection
 from elastocal.matrices import is_information, is_symmetric
 from elastocal.robot.chain import Robot
 from elastocal.study.study import Done
@@ -39,18 +39,16 @@ def _information(rows: Any) -> list[list[float]]:
     return matrix
 
 
-_Text = Annotated[str, BeforeValidator(str)]
+_Text = Annotated[str, Before(str)]
 
 
-class DoneFile(BaseModel):
+class DoneFile(PartSection):
     """The section `after`: what was measured before."""
 
-    information_N2m2: Annotated[list[list[float]], BeforeValidator(_information)] = Field(
-        default=None, validate_default=True
-    )
+    information_N2m2: Annotated[list[list[float]], Before(_information)] = NOTHING
     measurements: _Text = ""
     sha256: _Text = ""
-    experiments: Finite = Field(default=None, validate_default=True)
+    experiments: Finite = NOTHING
     configurations: Any = None
 
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from pydantic import ValidationError
-
 from elastocal.errors import InputError, PlanFileError
 from elastocal.files.models.model_file import ModelFile, model_of
 from elastocal.files.models.writing import model_document
+from elastocal.files.sections import SectionError
 from elastocal.robot.chain import Robot
 from elastocal.study.known import Known
 
@@ -36,12 +35,12 @@ def read_known(entry: Any, robot: Robot, where: str) -> Known:
         raise PlanFileError(f"{where}: expected a section of keys")
     source = str(entry.get("file", ""))
     try:
-        file = ModelFile.model_validate({key: entry[key] for key in _SAME if key in entry})
+        file = ModelFile.of({key: entry[key] for key in _SAME if key in entry})
         model = model_of(file, robot, source)
-    except ValidationError as error:
-        first = error.errors()[0]
-        key = " of ".join(str(part) for part in first["loc"])
-        raise PlanFileError(f"{where}: {key}: {first['msg']}") from None
+    except SectionError as error:
+        first = error.problems[0]
+        key = " of ".join(map(str, first.place))
+        raise PlanFileError(f"{where}: {key}: {first.said or f'is {first.kind}'}") from None
     except InputError as error:
         raise PlanFileError(f"{where}: {error}") from None
     return Known(model, bool(entry.get("planned")), source, str(entry.get("sha256", "")))

@@ -8,11 +8,19 @@ from collections.abc import Iterator
 from typing import Annotated, Any, TypeVar
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, BeforeValidator, Field, ValidationError
 
 from elastocal.arrays import Array
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InputError, PlanFileError
+from elastocal.files.sections import (
+    NOTHING,
+    After,
+    Before,
+    PartSection,
+    Section,
+    SectionError,
+    fresh,
+)
 from elastocal.files.study.joint_values import configuration
 from elastocal.files.tables.numbers import LARGEST
 from elastocal.files.texts import text_hash
@@ -39,29 +47,27 @@ def _by_name(value: Any) -> dict[str, Any]:
     return value
 
 
-Finite = Annotated[float, BeforeValidator(lambda value: finite(value))]
-_Degrees = Annotated[Finite, AfterValidator(math.radians)]
-_Millimetres = Annotated[Finite, AfterValidator(lambda value: value / 1e3)]
-_Three = Annotated[list[float], BeforeValidator(_three)]
+Finite = Annotated[float, Before(lambda value: finite(value))]
+_Degrees = Annotated[Finite, After(math.radians)]
+_Millimetres = Annotated[Finite, After(lambda value: value / 1e3)]
+_Three = Annotated[list[float], Before(_three)]
 
 
-class ConfigurationFile(BaseModel):
+class ConfigurationFile(PartSection):
     """A configuration of a plan; what else stands there is not read here."""
 
-    q_deg: Annotated[dict[str, _Degrees], BeforeValidator(_by_name)] = Field(default_factory=dict)
-    q_mm: Annotated[dict[str, _Millimetres], BeforeValidator(_by_name)] = Field(
-        default_factory=dict
-    )
+    q_deg: Annotated[dict[str, _Degrees], Before(_by_name)] = fresh(dict)
+    q_mm: Annotated[dict[str, _Millimetres], Before(_by_name)] = fresh(dict)
 
 
-class WrenchFile(BaseModel):
+class WrenchFile(PartSection):
     """The load of a load case."""
 
-    force_N: _Three = Field(default=None, validate_default=True)
-    torque_Nm: _Three = Field(default_factory=lambda: [0.0, 0.0, 0.0])
+    force_N: _Three = NOTHING
+    torque_Nm: _Three = fresh(lambda: [0.0, 0.0, 0.0])
 
 
-_Section = TypeVar("_Section", bound=BaseModel)
+_Section = TypeVar("_Section", bound=Section)
 
 
 def section_at(model: type[_Section], entry: Any, where: str) -> _Section:
@@ -73,11 +79,11 @@ def section_at(model: type[_Section], entry: Any, where: str) -> _Section:
     if not isinstance(entry, dict):
         raise PlanFileError(f"{where}: expected a section of keys")
     try:
-        return model.model_validate(entry)
-    except ValidationError as error:
-        first = error.errors()[0]
-        key = " of ".join(str(part) for part in first["loc"])
-        raise PlanFileError(f"{where}: {key}{first['ctx']['error']}") from None
+        return model.of(entry)
+    except SectionError as error:
+        first = error.problems[0]
+        key = " of ".join(map(str, first.place))
+        raise PlanFileError(f"{where}: {key}{first.said}") from None
 
 
 def load_case_entries(robot: Robot, cases: LoadCases) -> Iterator[dict[str, Any]]:

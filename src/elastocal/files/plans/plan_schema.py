@@ -6,13 +6,12 @@ Keys of other programs may stand beside these.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Self
-
-from pydantic import ValidationError, model_validator
+from typing import Any
 
 from elastocal.errors import PlanFileError
 from elastocal.files.problems import first_problem
-from elastocal.files.values import AtLeastZero, Finite, Flag, Name, Natural, OpenSection, Share
+from elastocal.files.sections import OpenSection, SectionError
+from elastocal.files.values import AtLeastZero, Finite, Flag, Name, Natural, Share
 from elastocal.files.yaml_lines import Located
 
 
@@ -87,8 +86,7 @@ class CertificateFile(OpenSection):
     peak: PeakFile | None = None
     continuous_design: list[WeighedCaseFile] | None = None
 
-    @model_validator(mode="after")
-    def _no_more_than_there_were(self) -> Self:
+    def contradiction(self) -> str:
         """What starts reached, of as many starts as there were."""
         searched = (self.fresh_starts, self.narrow_starts)
         for key, starts in (
@@ -98,11 +96,11 @@ class CertificateFile(OpenSection):
         ):
             some, among = getattr(self, key), [n for n in starts if n is not None]
             if some is not None and len(among) == len(starts) and some > sum(among):
-                raise ValueError(f"{key} is {some}, of only {sum(among)} starts")
-        for key, bound in (self.model_extra or {}).items():
+                return f"{key} is {some}, of only {sum(among)} starts"
+        for key, bound in self.others.items():
             if key.endswith("_lower_bound_mm") and isinstance(bound, (int, float)) and bound < 0.0:
-                raise ValueError(f"{key}: expected 0 or a positive number, found {bound:g}")
-        return self
+                return f"{key}: expected 0 or a positive number, found {bound:g}"
+        return ""
 
 
 class SearchesFile(OpenSection):
@@ -166,6 +164,6 @@ def check_kinds(document: dict[str, Any], path: Path, model: type[OpenSection] =
         PlanFileError: names the first such key.
     """
     try:
-        model.model_validate(document)
-    except ValidationError as error:
+        model.of(document)
+    except SectionError as error:
         raise PlanFileError(first_problem(Located(document, {}, path), error, model)) from None

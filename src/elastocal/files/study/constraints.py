@@ -8,6 +8,7 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.constraints import Constraint, Elevation, HalfSpace, MinRadius, Tilt
+from elastocal.files.sections import Section
 from elastocal.files.study.joint_values import by_joint
 from elastocal.files.study.obstacles import CollisionFile, FloorFile, ObstacleFile
 from elastocal.files.values import (
@@ -21,7 +22,6 @@ from elastocal.files.values import (
     Name,
     PositiveDegrees,
     PositiveMillimetres,
-    Section,
     deg,
     mm,
     off_or,

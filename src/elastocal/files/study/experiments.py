@@ -6,20 +6,12 @@ from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Discriminator, Tag
 
 from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, InPlane, Load
 from elastocal.errors import InputError
+from elastocal.files.sections import Section, Told, Variant
 from elastocal.files.study.tools import find_tool
-from elastocal.files.values import (
-    Count,
-    Name,
-    Positive,
-    PositiveDegrees,
-    Section,
-    Vector,
-    deg,
-)
+from elastocal.files.values import Count, Name, Positive, PositiveDegrees, Vector, deg
 from elastocal.files.yaml_lines import LocatedError, at
 from elastocal.robot.chain import Tool
 from elastocal.study.study import Experiments
@@ -45,10 +37,10 @@ def _form(value: Any) -> str:
 
 
 Direction = Annotated[
-    Annotated[Literal["free"], Tag("anywhere")]
-    | Annotated[ConeFile, Tag("in a cone")]
-    | Annotated[PlaneFile, Tag("in a plane")],
-    Discriminator(_form),
+    Annotated[Literal["free"], Variant("anywhere")]
+    | Annotated[ConeFile, Variant("in a cone")]
+    | Annotated[PlaneFile, Variant("in a plane")],
+    Told(_form),
 ]
 
 

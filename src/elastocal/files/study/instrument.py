@@ -6,10 +6,10 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import AfterValidator
 
 from elastocal.errors import InputError
 from elastocal.files.measurements.uncertainty import LEAST, MOST
+from elastocal.files.sections import After, Section
 from elastocal.files.values import (
     DegreeRange,
     Flag,
@@ -20,7 +20,6 @@ from elastocal.files.values import (
     PositiveMicrometres,
     PositiveMillimetres,
     PositiveMilliradians,
-    Section,
 )
 from elastocal.files.yaml_lines import LocatedError
 from elastocal.measuring.instrument import PRESETS, Instrument, Isotropic, LaserTracker, PoseProbe
@@ -28,7 +27,7 @@ from elastocal.measuring.instrument import PRESETS, Instrument, Isotropic, Laser
 _NOISE = ("along_um", "along_um_per_m", "across_um", "across_um_per_m")
 
 
-def _plausible(scale: float) -> AfterValidator:
+def _plausible(scale: float) -> After:
     """Of standard deviations in SI that a file has in a unit, `scale` of which are one of SI."""
 
     def check(value: float) -> float:
@@ -39,7 +38,7 @@ def _plausible(scale: float) -> AfterValidator:
             )
         return value
 
-    return AfterValidator(check)
+    return After(check)
 
 
 _Millimetres = Annotated[PositiveMillimetres, _plausible(1e3)]

@@ -6,15 +6,15 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from pydantic import BaseModel
 
 from elastocal.arrays import Array
+from elastocal.files.sections import Section
 from elastocal.files.yaml_lines import LocatedError, Path_
 from elastocal.robot.chain import Robot
 from elastocal.robot.joint_kinds import KINDS
 
 
-def by_joint(robot: Robot, entry: BaseModel, keys: str) -> Iterator[tuple[Path_, int, Any]]:
+def by_joint(robot: Robot, entry: Section, keys: str) -> Iterator[tuple[Path_, int, Any]]:
     """(path, place of the joint in the chain, value) of what two keys give by joint name.
 
     Args:
@@ -41,7 +41,7 @@ def by_joint(robot: Robot, entry: BaseModel, keys: str) -> Iterator[tuple[Path_,
             yield (key, name), i, value
 
 
-def configuration(robot: Robot, entry: BaseModel, keys: str = "q_{}") -> Array:
+def configuration(robot: Robot, entry: Section, keys: str = "q_{}") -> Array:
     """(n,) joint vector [rad or m] of a section; all angles may stand in a list.
 
     Raises:

@@ -13,6 +13,7 @@ from elastocal.arrays import Array
 from elastocal.constraints import Constraint
 from elastocal.constraints.cell import FLOOR, CollisionRules, clearances, usual_rules
 from elastocal.errors import Doubt, InputError
+from elastocal.files.sections import Section
 from elastocal.files.values import (
     DegreeVector,
     FileName,
@@ -23,7 +24,6 @@ from elastocal.files.values import (
     NamePair,
     OneOrByName,
     PositiveMillimetres,
-    Section,
     mm,
 )
 from elastocal.files.yaml_lines import LocatedError, Path_, at

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from elastocal.arrays import Array, unset
+from elastocal.files.sections import Section, fields_of
 from elastocal.files.study.joint_values import by_joint, configuration
 from elastocal.files.values import (
     Degrees,
@@ -16,7 +17,6 @@ from elastocal.files.values import (
     OneOrByName,
     PositiveDegrees,
     PositiveMillimetres,
-    Section,
 )
 from elastocal.files.yaml_lines import LocatedError, at
 from elastocal.motion.pace import SLIDING_SPEED, SPEED, Pace, for_robot
@@ -48,7 +48,8 @@ def pace_of(
     Errors have the path from the top of the file: `motion` or `campaign`.
     """
     motion, times = motion or MotionFile(), times or CampaignFile()
-    for key, value in times:
+    for key in fields_of(CampaignFile):
+        value = getattr(times, key)
         if value is not None and value < 0.0:
             shown = value / 60.0 if key.endswith("_min") else value
             raise LocatedError(

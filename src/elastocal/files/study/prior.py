@@ -9,9 +9,9 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.errors import ElastocalError, InputError
-from elastocal.files.plans.proposal_file import read_proposal
+from elastocal.files.sections import Section, fields_of
 from elastocal.files.texts import file_hash
-from elastocal.files.values import FileName, Name, Number, Positive, Section
+from elastocal.files.values import FileName, Name, Number, Positive
 from elastocal.files.yaml_lines import LocatedError
 from elastocal.matrices import is_information, is_symmetric
 from elastocal.study.study import CarriedOut, Study
@@ -29,6 +29,8 @@ def with_prior(study: Study, entry: PriorFile, folder: Path) -> Study:
     """The study with what is known of its compliances before the campaign."""
     if entry.plan is None or _given(entry) != ["plan"]:
         return replace(study, prior=_information(study, entry))
+    from elastocal.files.plans.proposal_file import read_proposal
+
     try:
         proposal = read_proposal(folder / entry.plan, study)
     except ElastocalError as error:
@@ -45,7 +47,7 @@ def with_prior(study: Study, entry: PriorFile, folder: Path) -> Study:
 
 
 def _given(entry: PriorFile) -> list[str]:
-    return [key for key in PriorFile.model_fields if getattr(entry, key) is not None]
+    return [key for key in fields_of(PriorFile) if getattr(entry, key) is not None]
 
 
 def _information(study: Study, entry: PriorFile) -> Array:
@@ -54,7 +56,7 @@ def _information(study: Study, entry: PriorFile) -> Array:
     given = _given(entry)
     if len(given) != 1:
         raise InputError(
-            f"prior needs exactly one of {', '.join(PriorFile.model_fields)}, found {len(given)}"
+            f"prior needs exactly one of {', '.join(fields_of(PriorFile))}, found {len(given)}"
         )
     if entry.standard_error_rad_per_Nm is not None:
         known = np.zeros((len(names), len(names)))

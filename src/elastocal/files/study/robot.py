@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Discriminator, Field, Tag
 
 from elastocal.errors import InputError
+from elastocal.files.sections import Section, Told, Variant, fresh
 from elastocal.files.study.joint_values import by_joint, configuration
 from elastocal.files.study.tools import find_tool
 from elastocal.files.values import (
@@ -24,7 +24,6 @@ from elastocal.files.values import (
     Name,
     Number,
     Positive,
-    Section,
 )
 from elastocal.files.yaml_lines import LocatedError, at
 from elastocal.robot.chain import Robot, Tool
@@ -32,7 +31,6 @@ from elastocal.robot.controller_axes import Coupling, coupling
 from elastocal.robot.joint_kinds import KINDS, PRISMATIC, REVOLUTE, kind_of
 from elastocal.robot.pose_check import KnownPose
 from elastocal.robot.sources import DHRow, from_dh, load
-from elastocal.robot.sources.urdf import from_urdf
 
 
 class DHRowFile(Section):
@@ -65,10 +63,10 @@ class UrdfRobotFile(Section):
     urdf: FileName
     base: Name | None = None
     tip: Name | None = None
-    packages: dict[Name, FileName] = Field(default_factory=dict)
-    arguments: dict[Name, Argument] = Field(default_factory=dict)
-    limits_deg: dict[Name, DegreeRange] = Field(default_factory=dict)
-    limits_mm: dict[Name, MillimetreRange] = Field(default_factory=dict)
+    packages: dict[Name, FileName] = fresh(dict)
+    arguments: dict[Name, Argument] = fresh(dict)
+    limits_deg: dict[Name, DegreeRange] = fresh(dict)
+    limits_mm: dict[Name, MillimetreRange] = fresh(dict)
 
 
 def _form(value: Any) -> str:
@@ -79,10 +77,10 @@ def _form(value: Any) -> str:
 
 
 RobotFile = Annotated[
-    Annotated[Name, Tag("by name")]
-    | Annotated[DHRobotFile, Tag("by table")]
-    | Annotated[UrdfRobotFile, Tag("by file")],
-    Discriminator(_form),
+    Annotated[Name, Variant("by name")]
+    | Annotated[DHRobotFile, Variant("by table")]
+    | Annotated[UrdfRobotFile, Variant("by file")],
+    Told(_form),
 ]
 
 
@@ -90,10 +88,10 @@ class ControllerFile(Section):
     """How the joint values of the controller follow from those of the model."""
 
     preset: Name | None = None
-    signs: dict[Name, Literal[1, -1]] = Field(default_factory=dict)
-    offsets_deg: dict[Name, Degrees] = Field(default_factory=dict)
-    offsets_mm: dict[Name, Millimetres] = Field(default_factory=dict)
-    couple: dict[Name, dict[Name, Number]] = Field(default_factory=dict)
+    signs: dict[Name, Literal[1, -1]] = fresh(dict)
+    offsets_deg: dict[Name, Degrees] = fresh(dict)
+    offsets_mm: dict[Name, Millimetres] = fresh(dict)
+    couple: dict[Name, dict[Name, Number]] = fresh(dict)
 
 
 class CheckPoseFile(Section):
@@ -119,6 +117,8 @@ def robot_of(entry: str | DHRobotFile | UrdfRobotFile, file: Path) -> Robot:
 
 
 def _from_file(entry: UrdfRobotFile, file: Path) -> Robot:
+    from elastocal.robot.sources.urdf import from_urdf
+
     path = file.parent / entry.urdf
     if not _exists(path):
         raise LocatedError(

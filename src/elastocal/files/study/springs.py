@@ -7,11 +7,11 @@ from functools import reduce
 from typing import Literal
 
 import numpy as np
-from pydantic import Field
 
 from elastocal.elastic.springs import VirtualJoints, joint_springs, merged
 from elastocal.errors import InputError
-from elastocal.files.values import FiniteVector, Name, Section
+from elastocal.files.sections import Section, fresh
+from elastocal.files.values import FiniteVector, Name
 from elastocal.files.yaml_lines import LocatedError, at
 from elastocal.robot.chain import Robot, T_body_joint
 
@@ -22,7 +22,7 @@ class SpringFile(Section):
     carried_by: Name
     type: Literal["revolute", "prismatic"] = "revolute"
     axis: FiniteVector
-    origin_mm: FiniteVector = Field(default_factory=lambda: [0.0, 0.0, 0.0])
+    origin_mm: FiniteVector = fresh(lambda: [0.0, 0.0, 0.0])
 
 
 def extra_springs(section: Mapping[str, SpringFile], robot: Robot) -> dict[str, VirtualJoints]:

@@ -5,18 +5,17 @@ from __future__ import annotations
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from pydantic import Field, ValidationError
 
 from elastocal.elastic.springs import VirtualJoints, merged, subset
 from elastocal.errors import InputError, StudyError
 from elastocal.files.problems import first_problem
+from elastocal.files.sections import Section, SectionError, fresh
 from elastocal.files.study.constraints import ConstraintsFile, constraints_of, limits_of
 from elastocal.files.study.experiments import ExperimentsFile, experiments_of
 from elastocal.files.study.instrument import InstrumentFile, instrument_of
-from elastocal.files.study.known import KnownOf, known_at
 from elastocal.files.study.obstacles import Cell, clearances_of
 from elastocal.files.study.pace import CampaignFile, MotionFile, pace_of
 from elastocal.files.study.prior import PriorFile, with_prior
@@ -34,7 +33,7 @@ from elastocal.files.study.test_poses import Surroundings, TestPoseFile, test_po
 from elastocal.files.study.tools import ToolFile, tool_of
 from elastocal.files.study.view import view_of
 from elastocal.files.texts import is_version, read_text
-from elastocal.files.values import FileName, Name, Section, Vector
+from elastocal.files.values import FileName, Name, Vector
 from elastocal.files.yaml_lines import Located, LocatedError, at, parse
 from elastocal.robot.chain import Robot
 from elastocal.robot.joint_room import outside
@@ -44,6 +43,9 @@ from elastocal.study.known import Known
 from elastocal.study.study import Study, TestPose, check_weights, springs_of
 from elastocal.study.test_path import TestPath
 from elastocal.study.two_steps import with_known
+
+if TYPE_CHECKING:
+    from elastocal.files.study.known import KnownOf
 
 _LARGEST = 1_000_000  # bytes; a study file is a page of text
 
@@ -56,19 +58,19 @@ class StudyFile(Section):
     robot: RobotFile
     identify: list[Name] | None = None
     springs: dict[Name, SpringFile] | None = None
-    tools: dict[Name, ToolFile] = Field(default_factory=dict)
+    tools: dict[Name, ToolFile] = fresh(dict)
     test_poses: list[TestPoseFile]
     experiments: ExperimentsFile
     instrument: InstrumentFile
-    constraints: ConstraintsFile = Field(default_factory=ConstraintsFile)
+    constraints: ConstraintsFile = fresh(dict)
     criterion: Name = "test-pose"
     prior: PriorFile | None = None
     known: FileName | None = None
     motion: MotionFile | None = None
     campaign: CampaignFile | None = None
     gravity_m_s2: Vector | None = None
-    controller: ControllerFile = Field(default_factory=ControllerFile)
-    check_poses: list[CheckPoseFile] = Field(default_factory=list)
+    controller: ControllerFile = fresh(dict)
+    check_poses: list[CheckPoseFile] = fresh(list)
 
 
 def read_study(path: str | Path, known: KnownOf | None = None) -> Study:
@@ -122,8 +124,8 @@ def _validated(document: Located) -> StudyFile:
             f"format version {value['elastocal']!r} is not known; this program reads 1",
         )
     try:
-        return StudyFile.model_validate(value)
-    except ValidationError as error:
+        return StudyFile.of(value)
+    except SectionError as error:
         raise StudyError(first_problem(document, error, StudyFile)) from None
 
 
@@ -211,6 +213,8 @@ def _known(robot: Robot, file: StudyFile, path: Path) -> Known | None:
     """What the file of the key `known` knows."""
     if file.known is None:
         return None
+    from elastocal.files.study.known import known_at
+
     return known_at(path.parent / file.known, robot, parse_study, file.known)
 
 

@@ -13,7 +13,7 @@ from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.springs import VirtualJoints
 from elastocal.errors import InputError
-from elastocal.files.paths.path_file import read_path
+from elastocal.files.sections import Section
 from elastocal.files.study.joint_values import configuration
 from elastocal.files.study.tools import find_tool
 from elastocal.files.values import (
@@ -25,7 +25,6 @@ from elastocal.files.values import (
     Name,
     NonNegative,
     Number,
-    Section,
     Vector,
 )
 from elastocal.files.yaml_lines import LocatedError
@@ -112,6 +111,8 @@ def _matrix(entry: TestPoseFile, springs: VirtualJoints, name: str) -> TestPose:
 
 def _path(entry: TestPoseFile, among: Surroundings) -> TestPath:
     """The points of a path file, or each k-th of them."""
+    from elastocal.files.paths.path_file import read_path
+
     assert entry.path is not None
     name = entry.name or Path(entry.path).name
     if entry.regressor_Nm2 is not None:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from elastocal.errors import InputError
+from elastocal.files.sections import Section
 from elastocal.files.values import (
     Axis,
     MillimetreVector,
@@ -14,7 +15,6 @@ from elastocal.files.values import (
     OneOrByName,
     PositiveDegrees,
     PositiveMillimetres,
-    Section,
 )
 from elastocal.files.yaml_lines import LocatedError
 from elastocal.robot.chain import Tool

@@ -1,4 +1,4 @@
-"""Ways to get a robot: built in, from a table, or from a file."""
+"""Ways to get a robot: built in, from a table, or from a file (`urdf`, loaded when it is read)."""
 
 from __future__ import annotations
 
@@ -9,9 +9,8 @@ from elastocal.robot.chain import Robot
 from elastocal.robot.sources.dh import DHRow, from_dh
 from elastocal.robot.sources.kuka_kr270 import kuka_kr270
 from elastocal.robot.sources.three_link import three_link
-from elastocal.robot.sources.urdf import from_urdf
 
-__all__ = ["BUILTIN", "DHRow", "from_dh", "from_urdf", "kuka_kr270", "load", "three_link"]
+__all__ = ["BUILTIN", "DHRow", "from_dh", "kuka_kr270", "load", "three_link"]
 
 BUILTIN: dict[str, Callable[[], Robot]] = {
     "kuka-kr270": kuka_kr270,
