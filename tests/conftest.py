@@ -18,14 +18,14 @@ import pytest
 from hypothesis import settings
 
 import elastocal.planning.plan as planning
-import elastocal.terminal.console as console
+import elastocal.terminal.progress as progress
 from elastocal.study.study import Study
 
 settings.register_profile("same", derandomize=True, deadline=None)
 settings.load_profile("same")
 
 os.environ["ELASTOCAL_TRACEBACK"] = "1"  # a fault of ours says where it is
-console.SILENCE = 600.0  # what a command says must not depend on how busy the machine is
+progress.SILENCE = 600.0  # what a command says must not depend on how busy the machine is
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)

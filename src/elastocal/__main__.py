@@ -12,11 +12,11 @@ def main() -> None:
 
         from typer.main import get_command
 
-        from elastocal.cli import app
+        from elastocal.cli import application
         from elastocal.terminal.plain import spell_what_cannot_be_written
 
         spell_what_cannot_be_written()
-        command = get_command(app)
+        command = get_command(application("".join(sys.argv[1:2])))
     except KeyboardInterrupt:
         sys.stderr.write("stopped; no file was changed\n")
         sys.exit(130)

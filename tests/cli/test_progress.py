@@ -12,13 +12,13 @@ import pytest
 import elastocal as ec
 from elastocal.design.exact import Effort
 from elastocal.planning.certificate import lower_bound
-from elastocal.terminal import console
+from elastocal.terminal import progress
 from tests.test_examples import ROOT
 
 
 @pytest.fixture
 def lines(monkeypatch: pytest.MonkeyPatch) -> io.StringIO:
-    monkeypatch.setattr(console, "SILENCE", 0.02)
+    monkeypatch.setattr(progress, "SILENCE", 0.02)
     return io.StringIO()
 
 
@@ -32,7 +32,7 @@ def waited(stream: io.StringIO, text: str) -> str:
 
 
 def test_a_line_comes_when_nothing_was_said_for_long(lines: io.StringIO) -> None:
-    with redirect_stderr(lines), console.progress("planning") as tell:
+    with redirect_stderr(lines), progress.progress("planning") as tell:
         assert waited(lines, "s)\n").startswith("planning (0 s)\n")
         tell("trying the \x1b[2Jbound", 0.3)
         found = waited(lines, "bound")
@@ -45,16 +45,16 @@ def test_a_line_comes_when_nothing_was_said_for_long(lines: io.StringIO) -> None
 def test_nothing_is_said_of_what_is_soon_done(
     lines: io.StringIO, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(console, "SILENCE", 5.0)
+    monkeypatch.setattr(progress, "SILENCE", 5.0)
     begun = time.monotonic()
-    with redirect_stderr(lines), console.progress("planning") as tell:
+    with redirect_stderr(lines), progress.progress("planning") as tell:
         tell("exact plan", 0.5)
     assert time.monotonic() - begun < 4.0
     assert not lines.getvalue()
 
 
 def test_a_log_that_takes_nothing_stops_nothing(lines: io.StringIO) -> None:
-    with redirect_stderr(lines), console.progress("planning"):
+    with redirect_stderr(lines), progress.progress("planning"):
         lines.close()
         time.sleep(0.1)
 

@@ -6,24 +6,38 @@ Everything heavy is imported inside the commands, so that --help answers at once
 import each other: what several need is in `inputs`, `planning`, `refit`, `stages` and `programs`.
 """
 
+from __future__ import annotations
+
 from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-from elastocal.cli.common import app
+if TYPE_CHECKING:
+    from elastocal.cli.number_options import Application
 
-__all__ = ["app"]
+FAMILIES = {
+    "study": ("init", "check"),
+    "plan": ("plan", "evaluate"),
+    "export": ("export",),
+    "simulate": ("simulate",),
+    "identify": ("identify", "validate"),
+    "compensate": ("compensate",),
+    "report": ("report",),
+    "view": ("view",),
+    "demo": ("demo",),
+}
+"""Modules of this folder with their commands, in the order in which --help lists these."""
 
-FAMILIES = (
-    "study",
-    "plan",
-    "export",
-    "simulate",
-    "identify",
-    "compensate",
-    "report",
-    "view",
-    "demo",
-)
-"""Modules of this folder, in the order in which --help lists their commands."""
 
-for family in FAMILIES:
-    import_module(f"elastocal.cli.{family}")
+def application(word: str = "") -> Application:
+    """The command line: all commands, or those of one family if `word` is a command of it."""
+    families = [family for family, verbs in FAMILIES.items() if word in verbs]
+    for family in families or FAMILIES:
+        import_module(f"elastocal.cli.{family}")
+    app: Application = import_module("elastocal.cli.common").app
+    return app
+
+
+def __getattr__(name: str) -> Any:
+    if name != "app":
+        raise AttributeError(f"module 'elastocal.cli' has no attribute {name!r}")
+    return application()

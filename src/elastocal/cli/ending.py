@@ -13,6 +13,7 @@ from typing import Any
 
 from typer.core import TyperGroup
 
+from elastocal.cli.plain_words import take_plain_words
 from elastocal.errors import ElastocalError
 from elastocal.terminal.plain import safe_output
 from elastocal.writing import WRITTEN
@@ -25,6 +26,11 @@ _LISTED = 6
 
 class Commands(TyperGroup):
     """All commands; what they say is safe to show, and how they end is said truly."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Take what stands before the name of the command."""
+        take_plain_words([*self.get_params(ctx)], {})
+        return super().parse_args(ctx, args)
 
     def main(self, *args: Any, **kwargs: Any) -> Any:
         """Run one command; ends the program."""

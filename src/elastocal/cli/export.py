@@ -58,12 +58,8 @@ def export_command(
 
     import numpy as np
 
-    from elastocal.cli.inputs import (
-        note_origin,
-        plan_and_study,
-        refuse_false_claims,
-        sources_of,
-    )
+    from elastocal.cli.inputs import plan_and_study, sources_of
+    from elastocal.cli.origins import note_origin, refuse_false_claims
     from elastocal.cli.programs import converted, said, write_program
     from elastocal.files.plans.plan_file import study_hash
     from elastocal.files.plans.proposal_file import study_for

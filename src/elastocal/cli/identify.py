@@ -110,15 +110,9 @@ def validate_command(
     as_json: Json = False,
 ) -> None:
     """Compare a model with experiments; with those it was made from, each is left out in turn."""
-    from elastocal.cli.inputs import (
-        fit_of,
-        identified_cases,
-        known_in,
-        known_model,
-        note_measurements,
-        note_model,
-    )
+    from elastocal.cli.inputs import fit_of, identified_cases, known_in, known_model
     from elastocal.cli.measured import readings
+    from elastocal.cli.origins import note_measurements, note_model
     from elastocal.cli.refit import refit
     from elastocal.files.measurements.suspicious import kept_aside
     from elastocal.files.models.identification_section import validation_document

@@ -1,6 +1,7 @@
 """What is named on the command line, as values: files, tools, configurations.
 
-Imported by the commands when they run.
+Imported by the commands when they run; each function loads the readers that it needs, for most
+commands need few.
 """
 
 from __future__ import annotations
@@ -9,33 +10,22 @@ import re
 import sys
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from elastocal.arrays import Array, frozen
 from elastocal.cli.number_options import flaw
-from elastocal.elastic.compliance_model import ComplianceModel, merged_models
-from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InputError
-from elastocal.files.models.model_file import model_sections, read_model, readings_in
-from elastocal.files.paths.path_file import read_path
-from elastocal.files.plans.load_case_entries import read_load_cases
-from elastocal.files.plans.plan_file import read_with_study, study_hash
-from elastocal.files.plans.proposal_file import Proposal, read_proposal, study_for
-from elastocal.files.study.known import KnownOf, known_at
-from elastocal.files.study.study_file import named_files, parse_study, read_study
-from elastocal.identification.fit import Fit
-from elastocal.measuring.measurements import Measurements
-from elastocal.names import LONGEST
-from elastocal.planning.assessment import assess
-from elastocal.planning.baseline import in_test_poses
-from elastocal.planning.evaluation import false_claims
-from elastocal.robot.chain import Robot, Tool
-from elastocal.study.known import Known
-from elastocal.study.study import Study
-from elastocal.study.test_path import test_path
-from elastocal.study.two_steps import with_known
-from elastocal.wording import worded
+
+if TYPE_CHECKING:
+    from elastocal.elastic.compliance_model import ComplianceModel
+    from elastocal.elastic.load_cases import LoadCases
+    from elastocal.files.plans.proposal_file import Proposal
+    from elastocal.files.study.known import KnownOf
+    from elastocal.identification.fit import Fit
+    from elastocal.robot.chain import Robot, Tool
+    from elastocal.study.study import Study
 
 
 @dataclass(frozen=True)
@@ -77,16 +67,23 @@ def sources_of(study: Study, beside: Path, known: Path | None = None) -> list[Pa
         beside: Its file; what it names stands in the same folder.
         known: What was named in place of its key `known`.
     """
+    from elastocal.files.study.study_file import named_files
+
     return named_files(study.text, beside) + ([known] if known else [])
 
 
 def plan_and_study(plan: Path, study: Path | None) -> tuple[Proposal, Study]:
     """A plan, and its study: the one in a file, or else the one embedded in the plan."""
+    from elastocal.files.plans.plan_file import read_with_study
+    from elastocal.files.study.study_file import read_study
+
     return read_with_study(plan, None if study is None else read_study(study))
 
 
 def proposals(paths: list[Path], study: Study) -> dict[str, Proposal]:
     """Plans by the names of their files, by their whole paths where names are alike."""
+    from elastocal.files.plans.proposal_file import read_proposal
+
     named: dict[str, Proposal] = {}
     for path in paths:
         named[path.name if path.name not in named else str(path)] = read_proposal(path, study)
@@ -95,6 +92,9 @@ def proposals(paths: list[Path], study: Study) -> dict[str, Proposal]:
 
 def baselines(study: Study, proposed: dict[str, Proposal]) -> dict[str, Proposal]:
     """Measuring in the test poses, once for each number of experiments of the plans."""
+    from elastocal.files.plans.proposal_file import Proposal
+    from elastocal.planning.baseline import in_test_poses
+
     counts = sorted({proposal.count for proposal in proposed.values()})
     named = {}
     for m in counts:
@@ -109,6 +109,8 @@ def knowing_as(study: Study, proposals: dict[str, Proposal]) -> Study:
     Raises:
         InputError: they knew different things.
     """
+    from elastocal.study.two_steps import with_known
+
     known = {p.known.sha256: p.known for p in proposals.values() if p.known is not None}
     if study.known is not None or not known:
         return study
@@ -122,148 +124,30 @@ def knowing_as(study: Study, proposals: dict[str, Proposal]) -> Study:
 
 def only_proposal(paths: list[Path], study: Study) -> Proposal:
     """The plan of a single campaign."""
+    from elastocal.files.plans.proposal_file import read_proposal
+
     if len(paths) != 1:
         raise InputError(f"one campaign needs one plan, found {len(paths)}; see --campaigns")
     return read_proposal(paths[0], study)
 
 
-def note_origin(name: str, proposal: Proposal, study: Study, known: Known | None = None) -> None:
-    """Say on standard error if a plan was made from something else, or changed since.
-
-    Args:
-        name: What the plan is called.
-        proposal: The plan.
-        study: The study as it is written.
-        known: What is known of further springs where the plan is judged.
-    """
-    notes = [f"was made {other}" for other in _others(proposal, study)]
-    if proposal.edited:
-        notes.append("has other load cases than it was written with")
-    if proposal.named != proposal.criterion:
-        notes.append(
-            f"was made for what version 0.1.0 called {proposal.named}; it is judged by that, which "
-            f"is {proposal.criterion!r} now"
-        )
-    if proposal.known is not None:
-        notes += _on_known(proposal.known, study, known)
-    elif known is not None and proposal.claims.get("rho0") is not None:
-        notes.append(
-            f"was made as if {', '.join(known.model.names)} did not bend; it is judged by what "
-            f"{known.source} knows of them"
-        )
-    for note in notes:
-        print(f"note: {name} {note}", file=sys.stderr)
-
-
-def _others(proposal: Proposal, study: Study) -> list[str]:
-    """What a plan was made from that is not what there is here."""
-    found = []
-    if proposal.study_hash and proposal.study_hash != study_hash(study):
-        found.append("from another version of the study")
-    if proposal.robot_hash and proposal.robot_hash != study.robot.sha256:
-        found.append("with another robot file")
-    for path, digest in study.path_hashes.items():
-        if proposal.path_hashes.get(path, digest) != digest:
-            found.append(f"for another content of {path}")
-    prior = "" if study.carried_out is None else study.carried_out.sha256
-    if proposal.prior_hash and prior and proposal.prior_hash != prior:
-        found.append("after another prior plan")
-    return found
-
-
-def _on_known(known: Known, study: Study, here: Known | None) -> list[str]:
-    """What is to be said of what a plan knew of further springs."""
-    joints = ", ".join(known.model.names)
-    if here is None:
-        return [
-            f"was made by what {known.source} knows of {joints}; it is judged as if they did not "
-            "bend"
-        ]
-    if here.sha256 != known.sha256:
-        return [
-            f"was made when {known.source} was another file; it is judged by what {here.source} "
-            f"knows of {', '.join(here.model.names)} now"
-        ]
-    return [] if study.known is not None else [f"counts what {known.source} knows of {joints}"]
-
-
-def note_before(name: str, proposal: Proposal, shown: Proposal) -> None:
-    """Say on standard error if a plan counts other experiments before it than the one shown."""
-    own, other = proposal.done, shown.done
-    if (own and own.sha256) == (other and other.sha256):
-        return
-    counted = f"{other.experiments} experiments" if other else "no experiments"
-    print(
-        f"note: {name} is judged with {counted} measured before it, as {shown.name} was made; it "
-        f"was made with {own.experiments if own else 'none'}",
-        file=sys.stderr,
-    )
-
-
-def refuse_false_claims(name: str, proposal: Proposal, study: Study) -> None:
-    """Refuse a plan that claims what the study it was made from does not give.
-
-    What was made from something else is not compared with this: that is said, see `note_origin`.
-
-    Raises:
-        InputError: the first claim that does not hold.
-    """
-    judged = study_for(proposal, study)
-    known = None if judged.known is None else judged.known.sha256
-    if _others(proposal, study) or known != (proposal.known and proposal.known.sha256):
-        return
-    worth = assess(judged, proposal.load_cases, proposal.repeats)
-    for doubt in false_claims(judged, worth, proposal.claims):
-        raise InputError(
-            f"{name}: {worded(doubt)}, so it was changed after planning; load cases that are "
-            "changed by hand are a run sheet (CSV), which claims nothing"
-        )
-
-
-def note_measurements(path: Path, data: Measurements, *, fitted: bool = False) -> None:
-    """Say on standard error if a model names measurements otherwise than they are.
-
-    Args:
-        path: The model.
-        data: Measurements that are not those it names, by their hash.
-        fitted: Whether the model follows from them all the same.
-    """
-    origin = model_sections(path)["provenance"].get("measurements") or {}
-    name, digest = Path(origin.get("name", "")).name[:LONGEST], origin.get("sha256", "")
-    if not digest or digest == data.sha256:
-        return
-    if fitted:
-        note = (
-            f"follows from {data.source}, but names other measurements under provenance: "
-            f"{name!r}, sha256 {digest[:16]}…"
-        )
-    elif {*data.readings} & {*readings_in(path)}:
-        note = f"counts readings of {data.source} already: they are no test of it"
-    elif name == Path(data.source).name[:LONGEST]:
-        note = (
-            f"was made from another content of {name} than it has now (sha256 {digest[:16]}… "
-            f"there, {data.sha256[:16]}… here): one of them was changed"
-        )
-    else:
-        return
-    print(f"note: {path.name} {note}", file=sys.stderr)
-
-
-def note_model(path: Path, study: Study) -> None:
-    """Say on standard error if a model was made with another version of the study."""
-    origin = model_sections(path)["provenance"].get("study") or {}
-    if origin.get("sha256") and study.text and origin["sha256"] != study_hash(study):
-        print(f"note: {path.name} was made with another version of the study", file=sys.stderr)
-
-
 def model_at(path: Path | None, robot: Robot) -> ComplianceModel | None:
     """The model in a file, None if no file is named."""
-    return None if path is None else read_model(path, robot)
+    if path is None:
+        return None
+    from elastocal.files.models.model_file import read_model
+
+    return read_model(path, robot)
 
 
 def known_in(path: Path | None) -> KnownOf | None:
     """What a file named on the command line knows of further springs; None: as the study says."""
-    return None if path is None else lambda robot: known_at(path, robot, parse_study)
+    if path is None:
+        return None
+    from elastocal.files.study.known import known_at
+    from elastocal.files.study.study_file import parse_study
+
+    return lambda robot: known_at(path, robot, parse_study)
 
 
 def known_model(path: Path | None, study: Study) -> ComplianceModel | None:
@@ -273,6 +157,8 @@ def known_model(path: Path | None, study: Study) -> ComplianceModel | None:
         InputError: the study has a plan only, which has no compliances yet.
     """
     if path is not None:
+        from elastocal.files.models.model_file import read_model
+
         return read_model(path, study.robot)
     if study.known is None:
         return None
@@ -287,11 +173,17 @@ def known_model(path: Path | None, study: Study) -> ComplianceModel | None:
 
 def models_at(paths: list[Path], robot: Robot) -> ComplianceModel:
     """Models of different joints as one."""
+    from elastocal.elastic.compliance_model import merged_models
+    from elastocal.files.models.model_file import read_model
+
     return merged_models([read_model(path, robot) for path in paths])
 
 
 def fit_of(model: Path | None, confidence: float = 0.95) -> Fit:
     """How a model was fitted, as its file says; by default settings if it does not."""
+    from elastocal.files.models.model_file import model_sections
+    from elastocal.identification.fit import Fit
+
     how = {} if model is None else model_sections(model)["identification"]
     return Fit(
         how.get("model", "equilibrium"),
@@ -304,6 +196,9 @@ def fit_of(model: Path | None, confidence: float = 0.95) -> Fit:
 
 def identified_cases(model: Path | None, robot: Robot) -> LoadCases | None:
     """The load cases that a model was made from, as its file says; None if it does not."""
+    from elastocal.files.models.model_file import model_sections
+    from elastocal.files.plans.load_case_entries import read_load_cases
+
     entries = None if model is None else model_sections(model)["identification"].get("load_cases")
     where = f"{model}: identification.load_cases"
     return read_load_cases(entries, robot, where) if entries else None
@@ -352,6 +247,9 @@ def with_path(
     study: Study, path: Path, tool: str | None, wrench: Array | None, start: str | None
 ) -> Study:
     """The study, judged along the path in a file besides; nothing is planned for it."""
+    from elastocal.files.paths.path_file import read_path
+    from elastocal.study.test_path import test_path
+
     used = tool_called(study, tool)
     task = read_path(path, study.robot, used, start_of(study, used, start), wrench)
     if not task.cases.wrench.any():

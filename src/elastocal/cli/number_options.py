@@ -11,6 +11,9 @@ from typing import Any, get_args, get_type_hints
 import typer
 from typer.core import TyperCommand
 
+from elastocal.cli.beginning import say_what_is_read
+from elastocal.cli.plain_words import take_plain_words
+
 
 class Command(TyperCommand):
     """A command whose numbers are decimal."""
@@ -20,6 +23,7 @@ class Command(TyperCommand):
         given, _, _ = self.make_parser(ctx).parse_args(args=list(args))
         wanted = {} if self.callback is None else get_type_hints(self.callback)
         params: list[Any] = [*self.get_params(ctx)]
+        take_plain_words(params, wanted)
         for param in params:
             kind, value = _kind(wanted.get(param.name or "")), given.get(param.name)
             if kind is None or value is None or given.get("help"):
@@ -28,6 +32,11 @@ class Command(TyperCommand):
                 if isinstance(word, str) and (wrong := flaw(word, whole=kind is int)):
                     raise typer.BadParameter(wrong, ctx=ctx, param=param)
         return super().parse_args(ctx, args)
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run it; what it reads is said at once."""
+        say_what_is_read(ctx.params)
+        return super().invoke(ctx)
 
 
 class Application(typer.Typer):

@@ -69,10 +69,8 @@ def plan_command(
     """Plan the experiments; write plan.json and the run sheet plan.csv."""
     from elastocal.cli.inputs import known_in, sources_of
     from elastocal.cli.planning import planned
-    from elastocal.files.plans.plan_file import plan_document
     from elastocal.files.study.study_file import read_study
     from elastocal.study.criteria import renamed
-    from elastocal.terminal.plans import show_plan
     from elastocal.wording import worded
 
     if mapping is not None and not after:
@@ -91,8 +89,12 @@ def plan_command(
         print(f"note: {worded(doubt)}", file=sys.stderr)
     made = planned(study, out, seed, workers)
     if as_json:
+        from elastocal.files.plans.plan_file import plan_document
+
         print_json(plan_document(made))
         return
+    from elastocal.terminal.plans import show_plan
+
     show_plan(made)
     print(f"wrote {out} and {sheet}")
 
@@ -168,17 +170,10 @@ def evaluate_command(
     as_json: Json = False,
 ) -> None:
     """Judge plans from the study alone; refuse what breaks a constraint or claims too much."""
-    from elastocal.cli.inputs import (
-        baselines,
-        knowing_as,
-        load,
-        note_origin,
-        proposals,
-        with_path,
-    )
+    from elastocal.cli.inputs import baselines, knowing_as, load, proposals, with_path
     from elastocal.cli.measured import as_proposal, measured_among
+    from elastocal.cli.origins import note_origin
     from elastocal.cli.planning import bound
-    from elastocal.files.plans.evaluation_document import evaluation_document
     from elastocal.files.plans.proposal_file import study_for
     from elastocal.files.study.study_file import read_study
     from elastocal.planning.along_paths import better_along
@@ -186,7 +181,6 @@ def evaluate_command(
     from elastocal.planning.evaluation import evaluate
     from elastocal.planning.trade_off import random_plans
     from elastocal.study.study import with_count
-    from elastocal.terminal.plans import show_evaluations
 
     study = read_study(study_file)
     if path is None:
@@ -246,9 +240,13 @@ def evaluate_command(
         rho0[m] = random_plans(with_count(wanted, m), random, seed=seed)
     better = better_along(study, {name: result.assessment for name, result in results.items()})
     if as_json:
+        from elastocal.files.plans.evaluation_document import evaluation_document
+
         own = {name: {pose: shares[name] for pose, shares in better.items()} for name in results}
         print_json({n: evaluation_document(r, study, own[n]) for n, r in results.items()})
     else:
+        from elastocal.terminal.plans import show_evaluations
+
         show_evaluations(study, results, rho0, better, tuple(bases))
     _refuse({name: results[name] for name in proposed})
 

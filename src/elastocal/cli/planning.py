@@ -7,25 +7,28 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from elastocal.cli.ending import undisturbed
 from elastocal.cores import several_cores, usable_cores
-from elastocal.files.plans.plan_file import write_plan, write_run_sheet
-from elastocal.files.plans.proposal_file import Proposal
-from elastocal.planning.assessment import assess, broken
 from elastocal.planning.certificate import Bound, lower_bound
 from elastocal.planning.plan import Plan, plan
 from elastocal.study.study import Study, with_count
-from elastocal.terminal.console import progress
+from elastocal.terminal.progress import progress
 from elastocal.wording import worded
+
+if TYPE_CHECKING:
+    from elastocal.files.plans.proposal_file import Proposal
 
 
 def planned(study: Study, out: Path, seed: int, workers: int | None = None) -> Plan:
     """Plan a study, and write the plan and its run sheet beside it."""
     with several_cores(workers or usable_cores()), progress("planning") as tell:
         made = plan(study, seed=seed, progress=tell)
+    from elastocal.files.plans.plan_file import write_plan, write_run_sheet
+
     with undisturbed():
         write_plan(made, out)
         write_run_sheet(made, out.with_suffix(".csv"))
@@ -47,6 +50,8 @@ def note_broken(name: str, proposal: Proposal, judged: Study) -> None:
         proposal: The plan.
         judged: The study, as the plan was made for it.
     """
+    from elastocal.planning.assessment import assess, broken
+
     worth = assess(judged, proposal.load_cases, proposal.repeats)
     found = broken(judged, worth, proposal.load_cases.q, proposal.via)
     if found:

@@ -68,20 +68,18 @@ def report_command(
     """
     from elastocal.cli.inputs import (
         Files,
-        note_before,
-        note_origin,
         plan_and_study,
         proposals,
-        refuse_false_claims,
         sources_of,
     )
+    from elastocal.cli.origins import note_before, note_origin, refuse_false_claims
     from elastocal.cli.planning import note_broken
     from elastocal.cli.stages import stages, virtual_campaigns, write_report
     from elastocal.files.models.model_file import read_model
     from elastocal.files.plans.plan_file import judged
     from elastocal.files.plans.proposal_file import study_for
     from elastocal.planning.assessment import assess
-    from elastocal.terminal.console import progress
+    from elastocal.terminal.progress import progress
 
     files = Files(measurements or [], model, mapping, prior, known, validation or [], path, truth)
     if campaigns is not None and truth is None:

@@ -86,12 +86,11 @@ def simulate_command(
 
     from elastocal.cli.inputs import (
         knowing_as,
-        note_origin,
         only_proposal,
         proposals,
-        refuse_false_claims,
         sources_of,
     )
+    from elastocal.cli.origins import note_origin, refuse_false_claims
     from elastocal.files.measurements.measurement_file import write_measurements
     from elastocal.files.models.campaign_file import write_campaigns
     from elastocal.files.models.model_file import read_model
@@ -142,7 +141,7 @@ def simulate_command(
             "of the experiments alone",
             file=sys.stderr,
         )
-    from elastocal.terminal.console import progress  # rich takes its time: where it is needed
+    from elastocal.terminal.progress import progress
 
     with progress("campaigns") as tell:
         result = campaigns(

@@ -15,12 +15,11 @@ from elastocal.cli.inputs import (
     identified_cases,
     known_model,
     model_at,
-    note_measurements,
-    note_model,
     start_of,
     tool_called,
 )
 from elastocal.cli.measured import readings, refuse_twice
+from elastocal.cli.origins import note_measurements, note_model
 from elastocal.cli.refit import refit
 from elastocal.compensation.compensate import Compensation, compensate, mirrored, residual
 from elastocal.elastic.compliance_model import ComplianceModel, merged_models
@@ -41,7 +40,7 @@ from elastocal.simulation.campaigns import MonteCarlo
 from elastocal.simulation.monte_carlo import campaigns
 from elastocal.study.at_test_poses import AtTestPose, at_test_poses
 from elastocal.study.study import Study
-from elastocal.terminal.console import progress
+from elastocal.terminal.progress import progress
 from elastocal.writing import write_text
 
 _RANDOM = 2000  # random plans to compare with

@@ -65,7 +65,7 @@ def view_command(
 
 def _subject(study: Study, plan: Path | None) -> Subject:
     """The study with the poses of a plan, and what its certificate tells of any place."""
-    from elastocal.cli.inputs import note_origin, refuse_false_claims
+    from elastocal.cli.origins import note_origin, refuse_false_claims
     from elastocal.cli.planning import note_broken
     from elastocal.files.plans.proposal_file import read_proposal, study_for
     from elastocal.planning.sensitivity import sensitivity

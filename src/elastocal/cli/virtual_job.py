@@ -45,10 +45,11 @@ from elastocal.study.at_test_poses import at_test_poses
 from elastocal.study.study import Study
 from elastocal.study.two_steps import with_known
 from elastocal.terminal.compensations import show_compensation
-from elastocal.terminal.console import micrometres, progress
+from elastocal.terminal.console import micrometres
 from elastocal.terminal.console import out as console
 from elastocal.terminal.identifications import show_identification, show_validation
 from elastocal.terminal.plans import show_plan
+from elastocal.terminal.progress import progress
 from elastocal.terminal.stiffness import show_errors_left, show_stiffness
 from elastocal.writing import write_text
 

@@ -1,27 +1,21 @@
-"""Consoles, progress bars, and how numbers are written."""
+"""Consoles, tables, and how numbers are written."""
 
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager, suppress
 from copy import copy
 from dataclasses import replace
-from threading import Event, Thread
-from time import monotonic
 from typing import IO, Any
 
 import numpy as np
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.measure import Measurement
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.segment import Segment
 from rich.table import Table
 from rich.text import TextType
 
 from elastocal.arrays import Array
-from elastocal.planning.certificate import Progress as Tell
 from elastocal.terminal.plain import visible
 from elastocal.wording.numbers import shown_unit
 
@@ -49,49 +43,6 @@ class _SafeConsole(Console):
 
 out = _SafeConsole(highlight=False, soft_wrap=False)
 err = _SafeConsole(stderr=True, highlight=False)
-
-
-SILENCE = 5.0
-"""How long something may run without a word where there is no terminal [s]."""
-
-
-@contextmanager
-def progress(title: str) -> Iterator[Tell]:
-    """A bar on standard error while something runs; a line every few seconds off a terminal."""
-    if not sys.stderr.isatty():
-        with _lines(title, sys.stderr) as tell_line:
-            yield tell_line
-        return
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=err, transient=True) as bar:
-        task = bar.add_task(title, total=1.0)
-
-        def tell(what: str, share: float) -> None:
-            bar.update(task, description=f"{title}: {what}", completed=share)
-
-        yield tell
-
-
-@contextmanager
-def _lines(title: str, stream: IO[str]) -> Iterator[Tell]:
-    """What is going on, on a line of `stream` whenever `SILENCE` has passed."""
-    begun, ended = monotonic(), Event()
-    now = [title]
-
-    def speak() -> None:
-        while not ended.wait(SILENCE):
-            line = f"{now[0]} ({monotonic() - begun:.0f} s)\n"
-            with suppress(OSError, ValueError):  # a log that is full or closed stops nothing
-                stream.write(visible(line))
-                stream.flush()
-
-    speaker = Thread(target=speak, daemon=True)
-    speaker.start()
-    try:
-        yield lambda what, _: now.__setitem__(0, f"{title}: {what}")
-    finally:
-        ended.set()
-        speaker.join()
 
 
 def whole(table: Table) -> None:
