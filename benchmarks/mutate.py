@@ -45,7 +45,7 @@ CORE = (
     "files/measurements", "matrices.py",
 )  # fmt: skip
 HEAVY = ("numpy", "scipy.optimize", "scipy.stats", "scipy.special", "hypothesis", "pinocchio",
-         "pydantic", "yaml", "typer.testing", "rich.table", "rich.progress", "jinja2")  # fmt: skip
+         "yaml", "typer.testing", "rich.table", "jinja2")  # fmt: skip
 SKIPPED = ("tests/report", "tests/viewer", "tests/test_docs.py", "tests/test_architecture.py",
            "tests/cli/test_interrupts.py", "tests/drawing", "tests/test_examples.py")  # fmt: skip
 
