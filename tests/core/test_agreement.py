@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import pickle
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -157,7 +157,7 @@ class InNumPy(LoadCaseSpace):
 
 
 def reference(space: LoadCaseSpace) -> InNumPy:
-    return InNumPy(**{name: value for name, value in vars(space).items() if name != "core"})
+    return InNumPy(**{field.name: getattr(space, field.name) for field in fields(space)})
 
 
 @pytest.mark.parametrize("name", SPACES)

@@ -230,6 +230,11 @@ class PlainBatch(ctypes.Structure):
     )
 
 
+def address(table: np.ndarray[Any, Any]) -> int:
+    """Where a table is; quicker than `table.ctypes`."""
+    return int(table.__array_interface__["data"][0])
+
+
 class Memory:
     """Tables that structures point to, kept alive together."""
 
@@ -254,4 +259,4 @@ class Memory:
 
     def _address(self, table: np.ndarray[Any, Any]) -> int:
         self._kept.append(table)
-        return int(table.ctypes.data)
+        return address(table)

@@ -62,13 +62,14 @@ _HOPELESS = 1e3  # gap beyond which the optimum is singular
 _PATIENCE = 15  # rounds without a smaller gap after which to give up
 _CLOSED = 5e-6  # relative gap between value and bound at which the search stops, ...
 _CLOSED_MANY = 1e-4  # ... with many unknowns: half of it in ρ0, and a tenth of the time
-_MANY = 8  # unknowns
+MANY = 8
+"""Unknowns beyond which they are many."""
 _WEIGHED = 5e-7  # tolerance of the weights: a looser one would hide that an optimum is singular
 
 
 def tolerance_of(parameters: int) -> float:
     """Relative gap between value and bound at which a search for that many unknowns stops."""
-    return _CLOSED if parameters <= _MANY else _CLOSED_MANY
+    return _CLOSED if parameters <= MANY else _CLOSED_MANY
 
 
 def continuous_design(

@@ -16,7 +16,7 @@ import numpy as np
 
 from elastocal.arrays import Array, IntArray
 from elastocal.design.approximate import nearly_best
-from elastocal.design.continuous import ContinuousDesign
+from elastocal.design.continuous import MANY, ContinuousDesign
 from elastocal.design.criterion import InformationFunction
 from elastocal.design.refinement import TINY, Goal, Plans, refine
 from elastocal.design.rounding import apportion
@@ -84,9 +84,7 @@ def exact_design(
         progress: Told the share that is done, and φ of the best plan so far.
     """
     if effort is None:
-        # Rounding the continuous design does most of the work where there is room for its support.
-        easy = continuous is not None and distinct > goal.space.parameters
-        effort = Effort(islands=1) if easy else Effort()
+        effort = _effort_for(goal.space.parameters, distinct, rounding=continuous is not None)
     smooth = goal.smooth
     if continuous is not None:
         smooth = smooth.near(continuous.total[None])
@@ -119,6 +117,15 @@ def exact_design(
     last.value = goal.values(last.x, last.counts)
     best = _tidy(_by_what_decides(goal, last.best(1)))
     return replace(best, searches=len(elites), apart=apart)
+
+
+def _effort_for(parameters: int, distinct: int, *, rounding: bool) -> Effort:
+    """How long to search a plan at so many distinct points for so many unknowns."""
+    # Rounding the continuous design does most of the work where there is room for its support.
+    islands = 1 if rounding and distinct > parameters else 2
+    # With many unknowns gains come late: of ten seeds, five ended .07 % or more above the best.
+    late = {"generations": 30, "patience": 8} if parameters > MANY else {}
+    return Effort(islands=islands, **late)
 
 
 def _by_what_decides(goal: Goal, plan: Plans) -> Plans:
@@ -159,6 +166,7 @@ def _island(
 
 _ELITE = 24
 _APART = 3e-5  # plans with values closer than this (relative) are taken for the same plan
+_TOGETHER = 2_000_000  # numbers in information matrices of plans valued at once
 _TRIES = 2  # random points of which the best replaces one of an elite plan
 
 
@@ -179,7 +187,8 @@ class _Breeder:
         self.random = len(self.pool)
         if continuous is not None:
             self.pool = np.concatenate([self.pool, continuous.x])
-        self.informations = information(space.evaluate(self.pool).blocks)
+        informations = information(space.evaluate(self.pool).blocks)
+        self._flat = informations.reshape(len(self.pool), -1)
         self.rounding = (
             continuous is not None
             and isinstance(goal.criterion, InformationFunction)
@@ -229,15 +238,12 @@ class _Breeder:
         size = (batch, tries, self.distinct)
         index = self.rng.integers(0, self.random, size)
         counts = self._random_counts(batch * tries).reshape(size)
-        value = np.concatenate(
-            [
-                self.goal.criterion.value(
-                    self.goal.base
-                    + np.einsum("ts,tsij->tij", counts[b], self.informations[index[b]])
-                )
-                for b in range(batch)
-            ]
-        ).reshape(batch, tries)
+        value = np.empty((batch, tries))
+        at_once = max(1, _TOGETHER // (tries * self.goal.base.size))
+        for start in range(0, batch, at_once):
+            part = slice(start, start + at_once)
+            total = np.einsum("bts,btsk->btk", counts[part], self._flat[index[part]])
+            value[part] = self._values(total)
         best = value.argmax(axis=1)
         rows = np.arange(batch)
         return Plans(self.pool[index[rows, best]], counts[rows, best])
@@ -250,11 +256,9 @@ class _Breeder:
         x = np.empty((batch, self.distinct, design.x.shape[1]))
         counts = np.zeros((batch, self.distinct), dtype=np.int64)
         size = min(self.distinct, len(design.x))
-        chance = design.weights + 1e-9
-        chance /= chance.sum()
-        parts = np.array(
-            [self.rng.choice(len(design.x), size, replace=False, p=chance) for _ in range(batch)]
-        )
+        # The largest of chances with Gumbel's noise: drawn in turn, none of them twice.
+        chance = np.log(design.weights + 1e-9) + self.rng.gumbel(size=(batch, len(design.x)))
+        parts = np.argsort(-chance, axis=1)[:, :size]
         weights = nearly_best(
             self.goal.criterion, design.informations, parts, self.goal.base / self.count
         )
@@ -268,23 +272,34 @@ class _Breeder:
         parents = self.rng.integers(0, len(elite), batch)
         x, counts = elite.x[parents].copy(), elite.counts[parents].copy()
         each = information(self.goal.space.evaluate(x.reshape(-1, x.shape[2])).blocks)
-        each = each.reshape(*x.shape[:2], *each.shape[1:])
+        each = each.reshape(*x.shape[:2], -1)
+        replaced: list[tuple[int, int]] = []
+        newcomers: list[IntArray] = []
         for b in range(batch):
             used = np.flatnonzero(counts[b])
+            source = used[self.rng.integers(len(used))]
             if self.count > self.distinct and self.rng.random() < 0.5:
-                source, target = self.rng.choice(used), self.rng.integers(self.distinct)
+                target = self.rng.integers(self.distinct)
                 if counts[b, target] == 0:
                     x[b, target] = x[b, source]
                 counts[b, source] -= 1
                 counts[b, target] += 1
             else:
-                out = self.rng.choice(used)
-                rest = self.goal.base + np.einsum("s,sij->ij", counts[b], each[b])
-                rest = rest - counts[b, out] * each[b, out]
-                tries = self._newcomers()
-                value = self.goal.criterion.value(rest + counts[b, out] * self.informations[tries])
-                x[b, out] = self.pool[tries[np.argmax(value)]]
+                replaced.append((b, source))
+                newcomers.append(self._newcomers())
+        if replaced:
+            who, out = np.array(replaced).T
+            tries, repeats = np.array(newcomers), counts[who, out][:, None]
+            rest = np.einsum("bs,bsk->bk", counts[who], each[who]) - repeats * each[who, out]
+            value = self._values(rest[:, None] + repeats[:, :, None] * self._flat[tries])
+            x[who, out] = self.pool[tries[np.arange(len(who)), value.argmax(axis=1)]]
         return Plans(x, counts)
+
+    def _values(self, total: Array) -> Array:
+        """(A, T) criterion of what (A, T, p²) informations add to what there is anyway."""
+        base = self.goal.base
+        matrices = base + total.reshape(-1, *base.shape)
+        return self.goal.criterion.value(matrices).reshape(total.shape[:2])
 
     def _newcomers(self) -> IntArray:
         """A few points of the pool: random ones, or of the support of the continuous design."""

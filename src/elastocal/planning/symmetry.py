@@ -24,13 +24,14 @@ def same_worth(space: LoadCaseSpace, cases: LoadCases, other: LoadCases, joint: 
     """
     informations = space.information(cases)
     change = np.abs(space.information(other) - informations).max()
+    if change > _SAME * np.abs(informations).max():
+        return False
     others = [c for c in space.constraints if not (isinstance(c, JointLimit) and c.joint == joint)]
     before, after = (
         np.vstack([room_at(others, Posture(space.arm.robot, at.q)), _load_room(space, at)])
         for at in (cases, other)
     )
-    moved = np.abs(after - before).max(initial=0.0)
-    return bool(change <= _SAME * np.abs(informations).max() and moved <= _SAME)
+    return bool(np.abs(after - before).max(initial=0.0) <= _SAME)
 
 
 def _load_room(space: LoadCaseSpace, cases: LoadCases) -> Array:

@@ -18,7 +18,7 @@ import numpy as np
 from elastocal.arrays import Array, IntArray
 from elastocal.constraints.base import Pull
 from elastocal.core import layout
-from elastocal.core.layout import Asked, Memory
+from elastocal.core.layout import Asked, Memory, address
 from elastocal.core.library import Library, levels
 from elastocal.design.criterion import Criterion
 from elastocal.design.lockstep import Batch
@@ -68,21 +68,21 @@ class CompiledSpace:
     def blocks(self, x: Array) -> Array:
         """(N, rows, p) rows in units of their noise at design points (N, d)."""
         x, found = _table(x), np.empty((len(x), self.rows, self.space.parameters))
-        self._do("evaluate", len(x), x.ctypes.data, found.ctypes.data, None)
+        self._do("evaluate", len(x), address(x), address(found), None)
         return found
 
     def known_margins(self, x: Array) -> Array:
         """(N, C) margins; zero where only Python knows them."""
         x, found = _table(x), np.zeros((len(x), self.margins))
-        self._do("evaluate", len(x), x.ctypes.data, None, found.ctypes.data)
+        self._do("evaluate", len(x), address(x), None, address(found))
         return found
 
     def pull(self, x: Array, block_bar: Array | None, margin_bar: Array | None) -> Array:
         """(N, d) gradient of a scalar with these in rows and margins; None for zero."""
         x, found = _table(x), np.empty((len(x), self.variables))
         bars = [None if bar is None else _table(bar) for bar in (block_bar, margin_bar)]
-        addresses = [None if bar is None else bar.ctypes.data for bar in bars]
-        self._do("pull", len(x), x.ctypes.data, *addresses, found.ctypes.data)
+        addresses = [None if bar is None else address(bar) for bar in bars]
+        self._do("pull", len(x), address(x), *addresses, address(found))
         return found
 
     def climbing(self, root: Array, level: float) -> Moving:
@@ -179,40 +179,47 @@ class Moving:
     def _move(self, batch: Batch, *orders: int) -> None:
         if not len(batch.x):
             return
-        memory = Memory()
-        asked = _Answers(self.place, self.criterion)
-        goal = layout.PlainGoal(foreign=len(self.place.foreign), ask=layout.ASK(asked))
+        goal, answers, _ = self._goal
         told = layout.PlainBatch(count=len(batch.x))
-        if self.root is not None:
-            goal.points, goal.level = 1, self.level
-            goal.rank, goal.root = self.root.shape[1], memory.reals(self.root)
-        else:
-            self._plan(goal, told, batch, memory)
-        for name in ("x", "value", "margins", "merit", "gradient", "multipliers", "penalty"):
-            setattr(told, name, getattr(batch, name).ctypes.data)
-        for name in ("broken", "checkpoint", "inverse", "fresh", "direction", "length", "gain"):
-            setattr(told, name, getattr(batch, name).ctypes.data)
-        told.lower = memory.reals(np.tile(self.place.space.lower, goal.points))
-        told.upper = memory.reals(np.tile(self.place.space.upper, goal.points))
+        told.lower, told.upper = self._bounds
+        if self.counts is not None:
+            counts = self.counts[batch.index].astype(float)
+            told.counts = address(counts)
+        for name in _KEPT:
+            setattr(told, name, address(getattr(batch, name)))
+        answers.error = None
         stopped = self.place.advance(goal, told, *orders)
-        if asked.error is not None:
-            raise asked.error
+        if answers.error is not None:
+            raise answers.error
         if stopped:
             raise MemoryError("the compiled core could not get the memory it needs")
 
-    def _plan(
-        self, goal: layout.PlainGoal, told: layout.PlainBatch, batch: Batch, memory: Memory
-    ) -> None:
+    @cached_property
+    def _bounds(self) -> tuple[int, int]:
+        """Addresses of the bounds of a problem."""
+        space, (goal, _, memory) = self.place.space, self._goal
+        return (
+            memory.reals(np.tile(space.lower, goal.points)),
+            memory.reals(np.tile(space.upper, goal.points)),
+        )
+
+    @cached_property
+    def _goal(self) -> tuple[layout.PlainGoal, _Answers, Memory]:
+        """What the core is told of the problems, who answers it, and what keeps it alive."""
+        memory, answers = Memory(), _Answers(self.place, self.criterion)
+        goal = layout.PlainGoal(foreign=len(self.place.foreign), ask=layout.ASK(answers))
+        if self.root is not None:
+            goal.points, goal.level = 1, self.level
+            goal.rank, goal.root = self.root.shape[1], memory.reals(self.root)
+            return goal, answers, memory
         assert self.counts is not None
         assert self.base is not None
         assert self.criterion is not None
-        counts = self.counts[batch.index]
-        goal.points, told.counts = counts.shape[1], memory.reals(counts)
-        goal.base = memory.reals(self.base)
+        goal.points, goal.base = self.counts.shape[1], memory.reals(self.base)
         losses = self.criterion.losses
         if losses is None:
             goal.asks_worth = 1
-            return
+            return goal, answers, memory
         goal.criterion = layout.PlainCriterion(
             unknowns=len(self.base),
             losses=len(losses.roots),
@@ -220,6 +227,17 @@ class Moving:
             roots=memory.reals(np.hstack(losses.roots)),
             sharpness=losses.sharpness,
         )
+        return goal, answers, memory
+
+    def __getstate__(self) -> dict[str, Any]:
+        # Addresses are worth nothing in another process.
+        return {name: value for name, value in vars(self).items() if name[0] != "_"}
+
+
+_KEPT = (
+    *("x", "value", "margins", "merit", "gradient", "multipliers", "penalty", "broken"),
+    *("checkpoint", "inverse", "fresh", "direction", "length", "gain"),
+)
 
 
 class _Answers:

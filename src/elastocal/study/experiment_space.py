@@ -60,12 +60,12 @@ class LoadCaseSpace:
         """Number p of unknown compliances."""
         return len(self.arm.springs)
 
-    @property
+    @cached_property
     def lower(self) -> Array:
         """(d,) lower bounds: joint limits, then -2 for each direction variable."""
         return np.append(self.limits[0], np.full(self._free, -2.0))
 
-    @property
+    @cached_property
     def upper(self) -> Array:
         """(d,) upper bounds."""
         return np.append(self.limits[1], np.full(self._free, 2.0))
