@@ -1,4 +1,4 @@
-"""Several cores: parts of a piece of work dealt out to processes, their results in order.
+"""Several cores: parts of a piece of work dealt out to processes or threads.
 
 How the work is divided is for the caller to say, and does not depend on how many cores there are:
 so nor does what comes out. Only how long it takes does.
@@ -12,10 +12,13 @@ import signal
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from functools import partial
-from typing import TypeVar
+from functools import lru_cache, partial
+from typing import TYPE_CHECKING, TypeVar
 
 from elastocal.errors import InputError
+
+if TYPE_CHECKING:
+    from concurrent.futures import ThreadPoolExecutor
 
 Part = TypeVar("Part")
 Result = TypeVar("Result")
@@ -60,6 +63,31 @@ def dealt(work: Callable[[Part], Result], parts: Sequence[Part]) -> Iterator[Res
         return map(work, parts)
     workers = _WORKERS.get()
     return map(partial(_as_there, work), parts) if workers == 1 else _sent(work, parts, workers)
+
+
+def side_by_side(work: Callable[[int, int], None], count: int, least: int) -> None:
+    """Call `work` with the ends of parts of a range, in threads if several cores are wanted.
+
+    For compiled code, which lets go of the interpreter: the parts share memory.
+
+    Args:
+        work: Does what is from the first number to before the second.
+        count: Length of the range.
+        least: What is shorter is not worth a thread.
+    """
+    parts = min(_WORKERS.get(), count // least)
+    if parts < 2:
+        work(0, count)
+        return
+    ends = [count * part // parts for part in range(parts + 1)]
+    list(_threads(parts).map(work, ends[:-1], ends[1:]))
+
+
+@lru_cache(maxsize=1)
+def _threads(count: int) -> ThreadPoolExecutor:
+    from concurrent.futures import ThreadPoolExecutor
+
+    return ThreadPoolExecutor(count)
 
 
 def _as_there(work: Callable[[Part], Result], part: Part) -> Result:

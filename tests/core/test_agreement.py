@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 
 from elastocal.constraints import Constraint, HalfSpace
 from elastocal.core.library import levels
+from elastocal.cores import several_cores
 from elastocal.design.criterion import Criterion
 from elastocal.design.lockstep import Batch, Mover, _Search
 from elastocal.design.matrix_means import MatrixMean
@@ -215,6 +216,24 @@ def test_a_core_goes_to_another_process() -> None:
         there = pickle.loads(pickle.dumps(core))
         assert there.library is core.library
         np.testing.assert_array_equal(there.evaluate(x).blocks, core.evaluate(x).blocks)
+
+
+def test_threads_change_nothing() -> None:
+    """Each has a part of the batch; what does not divide evenly is somebody's, too."""
+    space, rng = SPACES["cone"], np.random.default_rng(5)
+    x, counts = space.sample(721, rng), np.ones((211, 3), dtype=np.int64)
+    plans = space.sample(633, rng).reshape(211, -1)
+    for core in in_core(space):
+        climbing = core.climbing(np.eye(5), 1e3)
+        planning = core.planning(counts, np.eye(5), CRITERIA["test pose"])
+        for mover, starts in ((climbing, x), (planning, plans)):
+            alone = moved(mover, starts, (10, 10))
+            with several_cores(3):
+                together = moved(mover, starts, (10, 10))
+            for field in fields(alone):
+                np.testing.assert_array_equal(
+                    getattr(together, field.name), getattr(alone, field.name)
+                )
 
 
 class Broken(Plain):

@@ -20,6 +20,7 @@ from elastocal.constraints.base import Pull
 from elastocal.core import layout
 from elastocal.core.layout import Asked, Memory, address
 from elastocal.core.library import Library, levels
+from elastocal.cores import side_by_side
 from elastocal.design.criterion import Criterion
 from elastocal.design.lockstep import Batch
 from elastocal.measuring.instrument import Isotropic, LaserTracker, PoseProbe
@@ -180,18 +181,25 @@ class Moving:
         if not len(batch.x):
             return
         goal, answers, _ = self._goal
-        told = layout.PlainBatch(count=len(batch.x))
-        told.lower, told.upper = self._bounds
-        if self.counts is not None:
-            counts = self.counts[batch.index].astype(float)
-            told.counts = address(counts)
-        for name in _KEPT:
-            setattr(told, name, address(getattr(batch, name)))
+        asks = self.place.foreign or goal.asks_worth  # about the whole batch
+        least = len(batch.x) if asks else max(1, _WORTH_A_THREAD // goal.points)
+        counts = None if self.counts is None else self.counts[batch.index].astype(float)
+        stopped = []
+
+        def move(first: int, last: int) -> None:
+            told = layout.PlainBatch(count=last - first)
+            told.lower, told.upper = self._bounds
+            if counts is not None:
+                told.counts = address(counts[first:last])
+            for name in _KEPT:
+                setattr(told, name, address(getattr(batch, name)[first:last]))
+            stopped.append(self.place.advance(goal, told, *orders))
+
         answers.error = None
-        stopped = self.place.advance(goal, told, *orders)
+        side_by_side(move, len(batch.x), least)
         if answers.error is not None:
             raise answers.error
-        if stopped:
+        if any(stopped):
             raise MemoryError("the compiled core could not get the memory it needs")
 
     @cached_property
@@ -234,6 +242,7 @@ class Moving:
         return {name: value for name, value in vars(self).items() if name[0] != "_"}
 
 
+_WORTH_A_THREAD = 100  # points of a batch that a thread of its own moves
 _KEPT = (
     *("x", "value", "margins", "merit", "gradient", "multipliers", "penalty", "broken"),
     *("checkpoint", "inverse", "fresh", "direction", "length", "gain"),
