@@ -24,8 +24,9 @@ demo: $(VENV)/.run                 ## plan the KUKA KR 270 campaign and write a 
 test: $(VENV)/.dev                 ## all tests, on the cores there are
 	$(BIN)/python -m pytest $(PARALLEL)
 
-test-full: $(VENV)/.dev            ## all tests with ten seeds where one is the default
+test-full: $(VENV)/.dev            ## all tests with ten seeds where one is the default; then in NumPy
 	ELASTOCAL_FULL=1 $(BIN)/python -m pytest $(PARALLEL)
+	ELASTOCAL_CORE=numpy $(BIN)/python -m pytest $(PARALLEL)
 
 coverage: $(VENV)/.dev             ## which lines and branches no test runs
 	$(BIN)/python -m pytest $(PARALLEL) --cov --cov-report=term:skip-covered --cov-report=html
