@@ -21,7 +21,7 @@ from elastocal.cores import several_cores
 from elastocal.design.criterion import Criterion
 from elastocal.design.lockstep import Batch, Mover, _Search
 from elastocal.design.matrix_means import MatrixMean
-from elastocal.design.oracle import _Descent
+from elastocal.design.oracle import _Descent, restore
 from elastocal.design.power_mean import PowerMean
 from elastocal.design.refinement import Goal, _Worth
 from elastocal.design.space import DesignSpace
@@ -207,6 +207,26 @@ def check_plans(space: LoadCaseSpace, criterion: Criterion, points: int) -> None
     problem = _Worth(Goal(plain, criterion, base), counts)
     for core in in_core(space):
         check(core.planning(counts, base, criterion), numpy_mover(problem, plain, points), x)
+
+
+@pytest.mark.parametrize("name", SPACES)
+def test_restored_points(name: str) -> None:
+    """They differ where steps do not come to rest; as many are feasible, as near as before."""
+    space, rng = SPACES[name], np.random.default_rng(6)
+    x = rng.uniform(1.1 * space.lower, 1.1 * space.upper, (301, len(space.lower)))
+    plain = reference(space)
+    expected = restore(plain, x)
+    fine = (plain.evaluate(expected).margins >= 0.0).all(axis=1)
+    assert fine.mean() > 0.5
+    for core in in_core(space):
+        found = core.restored(x, 30)
+        if core.foreign:
+            assert found is None
+            continue
+        assert found is not None
+        same = np.abs(found - expected).max(axis=1) < 1e-6
+        assert same[fine].mean() > 0.95
+        assert (plain.evaluate(found).margins >= 0.0).all(axis=1).mean() > fine.mean() - 0.03
 
 
 def test_a_core_goes_to_another_process() -> None:

@@ -23,6 +23,7 @@ ASK = ctypes.CFUNCTYPE(Int, Int, Int, ctypes.POINTER(Real), ctypes.POINTER(Real)
 SIGNATURES = {
     "evaluate": (Pointer, Int, Pointer, Pointer, Pointer),
     "pull": (Pointer, Int, Pointer, Pointer, Pointer, Pointer),
+    "restore": (Pointer, Int, Pointer, Pointer, Pointer, Int),
     "advance": (Pointer, Pointer, Pointer, Int, Int, Int),
 }
 """Arguments of what the core exports; everything returns an integer, 0 if all went well."""

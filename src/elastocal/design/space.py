@@ -40,6 +40,9 @@ class Core(Protocol):
     def planning(self, counts: IntArray, base: Array, criterion: Criterion) -> Mover:
         """Plans with repeats (B, s), to be worth much by a criterion of `base` and theirs."""
 
+    def restored(self, x: Array, iterations: int) -> Array | None:
+        """What `oracle.restore` does; None where it cannot."""
+
 
 class DesignSpace(Protocol):
     """Where experiments can be chosen from."""

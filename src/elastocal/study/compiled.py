@@ -86,6 +86,15 @@ class CompiledSpace:
         self._do("pull", len(x), address(x), *addresses, address(found))
         return found
 
+    def restored(self, x: Array, iterations: int) -> Array | None:
+        """(N, d) feasible points near x; None if there are constraints that only Python knows."""
+        if self.foreign:
+            return None
+        moved = np.array(x, dtype=float, order="C")
+        bounds = [_table(bound) for bound in (self.space.lower, self.space.upper)]
+        self._do("restore", len(x), address(moved), *map(address, bounds), iterations)
+        return moved
+
     def climbing(self, root: Array, level: float) -> Moving:
         """Moves a batch of points to where |rows V|² is large, in units of `level`."""
         return Moving(self, root=root, level=level)

@@ -4,9 +4,10 @@
 
 #include "export.h"
 #include "lockstep.h"
+#include "restore.h"
 
 /* Raised with every change of what is exported; `VERSION` in library.py is the same number. */
-#define VERSION 3
+#define VERSION 4
 
 EXPORT int NAMED(core_version)(void);
 EXPORT int64_t NAMED(evaluate)(const Space *s, int64_t count, const double *x, double *rows,
@@ -15,6 +16,8 @@ EXPORT int64_t NAMED(pull)(const Space *s, int64_t count, const double *x, const
                            const double *weights, double *gradient);
 EXPORT int64_t NAMED(advance)(const Space *s, const Goal *goal, Batch *batch, int64_t begin,
                               int64_t iterations, int64_t settling);
+EXPORT int64_t NAMED(restore)(const Space *s, int64_t count, double *x, const double *lower,
+                              const double *upper, int64_t iterations);
 
 EXPORT int NAMED(core_version)(void) { return VERSION; }
 
@@ -142,4 +145,20 @@ EXPORT int64_t NAMED(advance)(const Space *s, const Goal *goal, Batch *batch, in
     free(letters);
     free(block);
     return stopped;
+}
+
+/* Moves design points (N, d) to nearby feasible ones; a space with foreign margins it leaves. */
+EXPORT int64_t NAMED(restore)(const Space *s, int64_t count, double *x, const double *lower,
+                              const double *upper, int64_t iterations) {
+    void *block;
+    lanes *memory = aligned(place_size(s) + restore_size(s), &block);
+    if (!memory) return -1;
+    Place p = place_in(s, memory);
+    for (int64_t first = 0; first < count; first += LANES) {
+        gather(p.x, x, first, count, s->variables);
+        restore_group(s, &p, lower, upper, iterations, memory + place_size(s));
+        scatter(x, p.x, first, count, s->variables);
+    }
+    free(block);
+    return 0;
 }
