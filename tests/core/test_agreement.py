@@ -209,6 +209,17 @@ def check_plans(space: LoadCaseSpace, criterion: Criterion, points: int) -> None
         check(core.planning(counts, base, criterion), numpy_mover(problem, plain, points), x)
 
 
+@settings(max_examples=60)
+@given(shapes)
+def test_which_points_are_feasible(shape: tuple[int, list[bool], int]) -> None:
+    space, rng = random_space(*shape), np.random.default_rng(shape[0])
+    x = rng.uniform(space.lower, space.upper, (57, len(space.lower)))
+    margins = LoadCaseEvaluation(space, x).margins
+    clear = (np.abs(margins) > 1e-9).all(axis=1)
+    for core in in_core(space):
+        np.testing.assert_array_equal(core.holds(x)[clear], (margins >= 0.0).all(axis=1)[clear])
+
+
 @pytest.mark.parametrize("name", SPACES)
 def test_restored_points(name: str) -> None:
     """They differ where steps do not come to rest; as many are feasible, as near as before."""

@@ -23,6 +23,7 @@ ASK = ctypes.CFUNCTYPE(Int, Int, Int, ctypes.POINTER(Real), ctypes.POINTER(Real)
 SIGNATURES = {
     "evaluate": (Pointer, Int, Pointer, Pointer, Pointer),
     "pull": (Pointer, Int, Pointer, Pointer, Pointer, Pointer),
+    "feasible": (Pointer, Int, Pointer, Pointer),
     "restore": (Pointer, Int, Pointer, Pointer, Pointer, Int),
     "advance": (Pointer, Pointer, Pointer, Int, Int, Int),
 }

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from elastocal.arrays import Array, IntArray
+from elastocal.arrays import Array, BoolArray, IntArray
 from elastocal.constraints.base import Pull
 from elastocal.core import layout
 from elastocal.core.layout import Asked, Memory, address
@@ -76,6 +76,12 @@ class CompiledSpace:
         """(N, C) margins; zero where only Python knows them."""
         x, found = _table(x), np.zeros((len(x), self.margins))
         self._do("evaluate", len(x), address(x), None, address(found))
+        return found
+
+    def holds(self, x: Array) -> BoolArray:
+        """(N,) which design points hold all margins but those that only Python knows."""
+        x, found = _table(x), np.empty(len(x), dtype=bool)
+        self._do("feasible", len(x), address(x), address(found))
         return found
 
     def pull(self, x: Array, block_bar: Array | None, margin_bar: Array | None) -> Array:

@@ -134,7 +134,8 @@ class LoadCaseSpace:
         found: list[Array] = []
         total = tried = 0
         while total < count and not (tried >= _ENOUGH_TRIED and total < _THIN * tried):
-            drawn = min(20000, max(256, 4 * (count - total)))
+            share = (total + 1) / (tried + 1) if tried else 0.25  # of them feasible
+            drawn = int(np.clip((count - total) / share, 256, 20000))
             x = self._draw(drawn, rng)
             x = x[self.feasible(x)]
             found.append(x)
@@ -193,7 +194,7 @@ class LoadCaseSpace:
         n = len(self.arm.robot.joints)
         allowed, unasked = np.ones(len(x), dtype=bool), self.constraints
         if self.core is not None:
-            allowed &= (self.core.known_margins(x) >= 0.0).all(axis=1)
+            allowed = self.core.holds(x)
             unasked = self.core.foreign
         else:
             for _, room, _ in self._cones(x):

@@ -188,7 +188,7 @@ class PlainSpaceOf:
         return layout.PlainMargin(kind=kind, along=_placed(self._directions, axis), **numbers)
 
     def _pairs(self, pairs: Pairs) -> list[layout.PlainPair]:
-        start = self._placed_solids(pairs.solids)
+        start = self._placed_solids(pairs.solids, faced=bool(pairs.faced.any()))
         found = []
         for (first, second), faced in zip(pairs.index, pairs.faced, strict=True):
             pair = _pair(start + first, start + second, pairs.solids[second])
@@ -196,15 +196,15 @@ class PlainSpaceOf:
             found.append(pair)
         return found
 
-    def _placed_solids(self, solids: Sequence[Solid]) -> int:
-        """The number that the first of them has now."""
+    def _placed_solids(self, solids: Sequence[Solid], *, faced: bool = False) -> int:
+        """The number that the first of them has now; faces and corners if they are `faced`."""
         start = len(self._solids)
         for solid in solids:
             segment = solid.segment if len(solid.segment) else np.zeros((2, 3))
             length = float(np.linalg.norm(segment[1] - segment[0]))
             ball = float(np.linalg.norm(solid.half)) if solid.boxed else 0.5 * length + solid.radius
             plain = layout.PlainSolid(solid.body, tuple(np.ravel(segment)), solid.radius, ball)
-            if solid.kind != "plane":
+            if faced and solid.kind != "plane":
                 shell = solid.shell
                 plain.faces, plain.rounded = len(shell.faces), shell.radius
                 plain.face = self._memory.reals(shell.faces)

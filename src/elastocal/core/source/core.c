@@ -7,7 +7,7 @@
 #include "restore.h"
 
 /* Raised with every change of what is exported; `VERSION` in library.py is the same number. */
-#define VERSION 4
+#define VERSION 5
 
 EXPORT int NAMED(core_version)(void);
 EXPORT int64_t NAMED(evaluate)(const Space *s, int64_t count, const double *x, double *rows,
@@ -18,6 +18,7 @@ EXPORT int64_t NAMED(advance)(const Space *s, const Goal *goal, Batch *batch, in
                               int64_t iterations, int64_t settling);
 EXPORT int64_t NAMED(restore)(const Space *s, int64_t count, double *x, const double *lower,
                               const double *upper, int64_t iterations);
+EXPORT int64_t NAMED(feasible)(const Space *s, int64_t count, const double *x, uint8_t *held);
 
 EXPORT int NAMED(core_version)(void) { return VERSION; }
 
@@ -158,6 +159,22 @@ EXPORT int64_t NAMED(restore)(const Space *s, int64_t count, double *x, const do
         gather(p.x, x, first, count, s->variables);
         restore_group(s, &p, lower, upper, iterations, memory + place_size(s));
         scatter(x, p.x, first, count, s->variables);
+    }
+    free(block);
+    return 0;
+}
+
+/* Which design points (N, d) hold all margins but the foreign ones: 1 where they do. */
+EXPORT int64_t NAMED(feasible)(const Space *s, int64_t count, const double *x, uint8_t *held) {
+    void *block;
+    lanes *memory = aligned(place_size(s), &block);
+    if (!memory) return -1;
+    Place p = place_in(s, memory);
+    for (int64_t first = 0; first < count; first += LANES) {
+        gather(p.x, x, first, count, s->variables);
+        place_bodies(s, &p);
+        mask found = holds_margins(s, &p);
+        for (int i = 0; i < LANES && first + i < count; i++) held[first + i] = found[i] != 0;
     }
     free(block);
     return 0;

@@ -176,6 +176,27 @@ static void place_margins(const Space *s, Place *p) {
     if (s->moment.cone) p->margins[c] = cone_margin(&s->moment, p->x + k, 0);
 }
 
+/* Which of the configurations that were placed hold all margins but the foreign ones. Those that
+ * take long come last, and only where it is not decided yet. */
+static mask holds_margins(const Space *s, Place *p) {
+    mask held = every(0.0) == 0.0;
+    int solid = 0;
+    int64_t k = s->joints;
+    if (s->force.cone) held &= cone_margin(&s->force, p->x + k, 0) >= 0.0;
+    k += variables_of(&s->force);
+    if (s->moment.cone) held &= cone_margin(&s->moment, p->x + k, 0) >= 0.0;
+    for (int costly = 0; costly < 2; costly++)
+        for (int64_t c = 0; c < s->margins; c++) {
+            const Margin *g = &s->margin[c];
+            int measured = g->kind == CLEARANCE || g->kind == LINE_OF_SIGHT;
+            if (g->kind == FOREIGN || measured != costly) continue;
+            if (!any(held)) return held;
+            if (measured && !solid) place_solids(s, p), solid = 1;
+            held &= margin_at(s, g, p) >= 0.0;
+        }
+    return held;
+}
+
 /* Adds the gradient of the margins times `weights` (C + cones). Returns whether there was any. */
 static int pull_margins(const Space *s, const Place *p, const lanes *weights, wrench *on,
                         lanes *gradient) {
