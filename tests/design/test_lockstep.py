@@ -209,6 +209,22 @@ def test_a_stage_keeps_the_best_problems_and_says_which() -> None:
     assert found.x == pytest.approx(np.zeros((2, 2)), abs=1e-6)
 
 
+def test_what_rests_at_once_does_not_keep_better_ones_out() -> None:
+    """Three of five start where all is flat and bad; the others have a way to go."""
+
+    def step(x: np.ndarray, _: np.ndarray) -> Trial:
+        flat = x[:, 0] > 5.0
+        value = np.where(flat, 40.0, (x[:, 0] ** 2 - 1.0) ** 2)
+        slope = np.where(flat, 0.0, 4.0 * x[:, 0] * (x[:, 0] ** 2 - 1.0))[:, None]
+        return Trial(value, np.zeros((len(x), 0)), lambda w: slope)
+
+    starts = np.array([[6.0], [7.0], [4.0], [8.0], [3.0]])
+    stages = ((10, 2), (60, 2))
+    found = minimise(step, starts, np.array([-9.0]), np.array([9.0]), stages=stages, tolerance=1e-9)
+    moved = found.x[np.isin(found.origin, [2, 4]), 0]
+    assert np.abs(moved) == pytest.approx([1.0, 1.0], abs=1e-4)
+
+
 def test_no_evaluations_return_the_starts() -> None:
     book = TEXTBOOK["HS35"]
     found = solve(book, np.array([[0.5, 0.5, 0.5], [9.0, 0.0, 0.0]]), 0)

@@ -24,7 +24,7 @@ from elastocal.planning.assessment import assess
 from elastocal.planning.plain_values import simplify
 from elastocal.robot.posture import Posture
 from elastocal.robot.sources import kuka_kr270
-from elastocal.study.experiment_space import LoadCaseSpace
+from elastocal.study.experiment_space import LoadCaseEvaluation, LoadCaseSpace
 from tests.arms import central_difference, random_chain, random_tool
 from tests.paper.problems import cone, kr270
 from tests.paper.published import A0, SIGMA
@@ -88,7 +88,7 @@ def test_isotropic_rows_are_those_over_sigma_to_the_last_bit() -> None:
     x = study.space.sample(50, rng)
     cases = study.space.load_cases(x)
     rows = regressor(study.arm, cases) / SIGMA
-    at = study.space.evaluate(x)
+    at = LoadCaseEvaluation(study.space, x)
     assert np.array_equal(at.blocks, rows)
     assert np.array_equal(study.space.information(cases), rows.transpose(0, 2, 1) @ rows)
     part = Regressor(study.arm, Posture(study.robot, x), cases.wrench)

@@ -75,7 +75,8 @@ def minimise(
     """Minimise B problems from the starts `x`, (B, D), within bounds and margins.
 
     Where only the best of many starts matter, most can be given up early: each stage advances the
-    batch and then keeps the problems of lowest merit.
+    batch and then goes on with those problems that are among so many of lowest merit, those at rest
+    counted: what rests at once because it is flat there must not keep better ones out.
 
     Args:
         problem: Objective, margins and gradients, in units in which 1 is a large change.
@@ -103,11 +104,9 @@ def minimise(
         ended = list(dealt(advanced, divided))
         running = _together([batch for batch, _ in ended])
         rested = _joined(rested, *(rest for _, rest in ended))
-        room = max(kept - len(rested.origin), 0)
-        if room < len(running.index):
-            best = np.zeros(len(running.index), dtype=bool)
-            best[np.argsort(running.merit, kind="stable")[:room]] = True
-            running = running.only(best)
+        best = np.zeros(len(rested.origin) + len(running.index), dtype=bool)
+        best[np.argsort(np.append(rested.value, running.merit), kind="stable")[:kept]] = True
+        running = running.only(best[len(rested.origin) :])
     found = _joined(rested, running.minimum)
     order = np.argsort(found.origin)
     return Minimum(found.x[order], found.value[order], found.violation[order], found.origin[order])
