@@ -19,6 +19,13 @@ typedef struct {
     vector force, moment;
 } wrench;
 
+/* The nearest of some pairs: distance, which pair, both points, direction that parts them. */
+typedef struct {
+    lanes distance;
+    lanes pair; /* number, -1 where all are beyond the horizon */
+    vector first, second, normal;
+} Nearest;
+
 /* One group of LANES load cases. */
 typedef struct {
     lanes *x;          /* (d) design variables */
@@ -36,17 +43,30 @@ typedef struct {
     lanes *range;      /* (markers) */
     lanes *margins;    /* (C + cones) */
     vector *ends;      /* (solids, 2) */
+    Nearest *nearest;  /* (C) of margins that are distances */
+    int64_t *hints;    /* per pair twice, the face that parted it last, plus 1; then (C) pairs */
 } Place;
 
 INLINE int64_t targets(const Space *s) { return s->markers + (s->noise.rotation > 0.0); }
 INLINE int64_t rows_of(const Space *s) { return 3 * targets(s); }
 INLINE int64_t margins_of(const Space *s) { return s->margins + s->force.cone + s->moment.cone; }
 
+/* Numbers of pairs of all margins. */
+INLINE int64_t pairs_of(const Space *s) {
+    int64_t pairs = 0;
+    for (int64_t c = 0; c < s->margins; c++) pairs += s->margin[c].count;
+    return pairs;
+}
+INLINE int64_t hints_of(const Space *s) {
+    return s->solids ? (2 * pairs_of(s) + s->margins) / LANES + 1 : 0;
+}
+
 /* Memory, in lanes, and its division. */
 static int64_t place_size(const Space *s) {
     return s->variables + 12 * (s->moving + 2) + 6 * s->twists + 3 * s->points +
            3 * s->directions + 3 * s->points * s->unknowns + 4 * s->unknowns +
-           3 * targets(s) * s->unknowns + 4 * s->markers + margins_of(s) + 6 * s->solids;
+           3 * targets(s) * s->unknowns + 4 * s->markers + margins_of(s) + 6 * s->solids +
+           11 * s->margins + hints_of(s);
 }
 
 static Place place_in(const Space *s, lanes *memory) {
@@ -64,7 +84,10 @@ static Place place_in(const Space *s, lanes *memory) {
     p.beam = (vector *)memory, memory += 3 * s->markers;
     p.range = memory, memory += s->markers;
     p.margins = memory, memory += margins_of(s);
-    p.ends = (vector *)memory;
+    p.ends = (vector *)memory, memory += 6 * s->solids;
+    p.nearest = (Nearest *)memory, memory += 11 * s->margins;
+    p.hints = (int64_t *)memory;
+    memset(p.hints, 0, (size_t)hints_of(s) * sizeof(lanes));
     return p;
 }
 

@@ -83,7 +83,7 @@ EXPORT int64_t NAMED(pull)(const Space *s, int64_t count, const double *x, const
         memset(on, 0, (size_t)(s->moving + 2) * sizeof *on);
         memset(slope, 0, (size_t)d * sizeof *slope);
         if (weights) {
-            if (s->solids) place_solids(s, &p);
+            place_margins(s, &p);
             gather(weight, weights, first, count, c);
             pull_margins(s, &p, weight, on, slope);
         }

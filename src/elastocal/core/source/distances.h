@@ -7,13 +7,6 @@
 
 #include "chain.h"
 
-/* The nearest of some pairs: distance, which pair, both points, direction that parts them. */
-typedef struct {
-    lanes distance;
-    lanes pair; /* number, -1 where all are beyond the horizon */
-    vector first, second, normal;
-} Nearest;
-
 static void place_solids(const Space *s, Place *p) {
     for (int64_t i = 0; i < s->solids; i++) {
         const frame *f = &p->bodies[s->solid[i].body];
@@ -175,56 +168,75 @@ static Nearest from_box(vector a, vector b, const double *pose, const double *ha
     return n;
 }
 
-/* How high all of `two` is over the best face of `one`: raises `gap` where it is more, with the
- * corner and the point below it. What exceeds `enough` is not looked at further. */
-static mask over_faces(const Place *p, const Solid *one, const Solid *two,
-                       lanes *gap, lanes enough, vector *foot, vector *normal) {
+/* Two solids, the one with faces as the other's body sees them. */
+typedef struct {
+    const Solid *one, *two;
+    vector x, y, z; /* axes of the other's body, from the own */
+    vector shift;   /* its origin, likewise */
+} Facing;
+
+static Facing facing(const Place *p, const Solid *one, const Solid *two) {
     const frame *own = &p->bodies[one->body], *other = &p->bodies[two->body];
     vector apart = minus(other->o, own->o);
-    vector shift = {dot(own->x, apart), dot(own->y, apart), dot(own->z, apart)};
-    /* The axes of the other's body as seen from the own. */
-    vector x = {dot(own->x, other->x), dot(own->y, other->x), dot(own->z, other->x)};
-    vector y = {dot(own->x, other->y), dot(own->y, other->y), dot(own->z, other->y)};
-    vector z = {dot(own->x, other->z), dot(own->y, other->z), dot(own->z, other->z)};
-    lanes most[MOST_FACES];
-    for (int64_t f = 0; f < one->faces; f++) {
-        vector n = constant(one->face + 4 * f);
-        vector seen = {dot(n, x), dot(n, y), dot(n, z)};
-        lanes least = every(INFINITY);
-        for (int64_t k = 0; k < two->corners && k < SENTINELS; k++)
-            least = smaller(dot(seen, constant(two->corner + 3 * k)), least);
-        most[f] = least + dot(n, shift) - (one->face[4 * f + 3] + two->rounded);
+    return (Facing){one, two,
+                    {dot(own->x, other->x), dot(own->y, other->x), dot(own->z, other->x)},
+                    {dot(own->x, other->y), dot(own->y, other->y), dot(own->z, other->y)},
+                    {dot(own->x, other->z), dot(own->y, other->z), dot(own->z, other->z)},
+                    {dot(own->x, apart), dot(own->y, apart), dot(own->z, apart)}};
+}
+
+/* How high the first corners of the other are over a face, and which of them is the lowest. */
+INLINE lanes height_over(const Facing *f, int64_t face, int64_t corners, vector *lowest) {
+    const double *plane = f->one->face + 4 * face;
+    vector n = constant(plane), seen = {dot(n, f->x), dot(n, f->y), dot(n, f->z)};
+    lanes least = every(INFINITY);
+    for (int64_t k = 0; k < corners; k++) {
+        vector local = constant(f->two->corner + 3 * k);
+        lanes height = dot(seen, local);
+        if (lowest) *lowest = pick_vector(height < least, local, *lowest);
+        least = smaller(height, least);
     }
+    return least + dot(n, f->shift) - (plane[3] + f->two->rounded);
+}
+
+/* How high all of `two` is over the best face of `one`: raises `gap` where it is more, with the
+ * corner and the point below it. What exceeds `enough` is not looked at further. `hint` is the
+ * face that was the best last time, plus 1: it is tried first. */
+static mask over_faces(const Place *p, const Solid *one, const Solid *two, lanes *gap,
+                       lanes enough, vector *foot, vector *normal, int64_t *hint) {
+    const Facing f = facing(p, one, two);
     mask raised = {0};
     vector face = {*gap, *gap, *gap}, corner = face;
-    for (;;) {
+    lanes most[MOST_FACES];
+    int known = 0;
+    for (int64_t chosen = *hint - 1;;) {
+        if (chosen >= 0) {
+            vector lowest = face;
+            lanes height = height_over(&f, chosen, two->corners, &lowest);
+            mask better = (*gap < enough) & (height > *gap);
+            *gap = pick(better, height, *gap);
+            face = pick_vector(better, constant(one->face + 4 * chosen), face);
+            corner = pick_vector(better, lowest, corner);
+            raised |= better;
+            if (any(better)) *hint = chosen + 1;
+        }
         mask open = *gap < enough;
+        if (!any(open)) break;
+        /* Over no face all of it is higher than some of its corners: what these promise most. */
+        for (int64_t k = 0; !known && k < one->faces; k++)
+            most[k] = height_over(&f, k, two->corners < SENTINELS ? two->corners : SENTINELS, 0);
+        if (known || chosen >= 0) most[chosen] = every(-INFINITY);
+        known = 1, chosen = -1;
         double promise = 0.0;
-        int64_t chosen = -1;
-        for (int64_t f = 0; f < one->faces; f++) {
-            lanes more = pick(open, most[f] - *gap, every(0.0));
+        for (int64_t k = 0; k < one->faces; k++) {
+            lanes more = pick(open, most[k] - *gap, every(0.0));
             for (int i = 0; i < LANES; i++)
-                if (more[i] > promise) promise = more[i], chosen = f;
+                if (more[i] > promise) promise = more[i], chosen = k;
         }
         if (chosen < 0) break;
-        vector n = constant(one->face + 4 * chosen);
-        vector seen = {dot(n, x), dot(n, y), dot(n, z)}, lowest = n;
-        lanes least = every(INFINITY);
-        for (int64_t k = 0; k < two->corners; k++) {
-            vector local = constant(two->corner + 3 * k);
-            lanes height = dot(seen, local);
-            lowest = pick_vector(height < least, local, lowest);
-            least = smaller(height, least);
-        }
-        lanes height = least + dot(n, shift) - (one->face[4 * chosen + 3] + two->rounded);
-        mask better = open & (height > *gap);
-        *gap = pick(better, height, *gap);
-        face = pick_vector(better, n, face);
-        corner = pick_vector(better, lowest, corner);
-        raised |= better;
-        most[chosen] = every(-INFINITY);
     }
     if (!any(raised)) return raised;
+    const frame *own = &p->bodies[one->body], *other = &p->bodies[two->body];
     *normal = plus(plus(times(face.x, own->x), times(face.y, own->y)), times(face.z, own->z));
     vector at = plus(plus(times(corner.x, other->x), times(corner.y, other->y)),
                      plus(times(corner.z, other->z), other->o));
@@ -234,16 +246,17 @@ static mask over_faces(const Place *p, const Solid *one, const Solid *two,
 
 /* What faces show of two solids beyond what capsules and boxes do. */
 static void part_by_faces(const Space *s, const Place *p, const Pair *pair, lanes enough,
-                          Nearest *n) {
+                          Nearest *n, int64_t *hints) {
     const Solid *one = &s->solid[pair->first], *two = &s->solid[pair->second];
     vector foot, normal;
-    mask raised = over_faces(p, one, two, &n->distance, enough, &foot, &normal);
+    mask raised = over_faces(p, one, two, &n->distance, enough, &foot, &normal, &hints[0]);
     if (any(raised)) {
         n->first = pick_vector(raised, foot, n->first);
         n->second = pick_vector(raised, plus(foot, times(n->distance, normal)), n->second);
         n->normal = pick_vector(raised, times(every(-1.0), normal), n->normal);
     }
-    raised = over_faces(p, two, one, &n->distance, enough, &foot, &normal);
+    if (!any(n->distance < enough)) return;
+    raised = over_faces(p, two, one, &n->distance, enough, &foot, &normal, &hints[1]);
     if (any(raised)) {
         n->first = pick_vector(raised, plus(foot, times(n->distance, normal)), n->first);
         n->second = pick_vector(raised, foot, n->second);
@@ -283,18 +296,22 @@ INLINE void watched(const double *position, vector at, vector *start, vector *en
     *end = plus(*start, times(larger(length - NEAR_MARKER, every(0.0)) / length, beam));
 }
 
-/* The least signed distance of the pairs of a margin, at most its horizon; `nearest` may be 0. */
-static lanes nearest_pair(const Space *s, const Margin *g, const Place *p, Nearest *nearest) {
+/* The least signed distance of the pairs of a margin, at most its horizon. The pair that was the
+ * nearest last time comes first: the others are seldom nearer. */
+static lanes nearest_pair(const Space *s, const Margin *g, const Place *p) {
     lanes best = every(g->horizon);
     const int beaming = g->kind == LINE_OF_SIGHT;
+    Nearest *nearest = &p->nearest[g - s->margin];
+    int64_t *hints = p->hints, *front = hints + 2 * pairs_of(s) + (g - s->margin);
+    for (const Margin *other = s->margin; other < g; other++) hints += 2 * other->count;
     vector start, end;
     if (beaming) watched(g->place, p->at[g->at], &start, &end);
-    if (nearest) {
-        memset(nearest, 0, sizeof *nearest);
-        nearest->distance = best;
-        nearest->pair = every(-1.0);
-    }
-    for (int64_t k = 0; k < g->count; k++) {
+    memset(nearest, 0, sizeof *nearest);
+    nearest->distance = best;
+    nearest->pair = every(-1.0);
+    for (int64_t turn = -1; turn < g->count; turn++) {
+        const int64_t k = turn < 0 ? *front - 1 : turn;
+        if (k < 0 || turn == *front - 1) continue;
         const Pair *pair = &g->pairs[k];
         const Solid *one = &s->solid[pair->first], *two = &s->solid[pair->second];
         vector a = beaming ? start : p->ends[2 * pair->first];
@@ -333,10 +350,11 @@ static lanes nearest_pair(const Space *s, const Margin *g, const Place *p, Neare
         if (!any(n.distance < best)) continue;
         n.first = minus(n.first, times(radius, n.normal));
         if (pair->faced && pair->kind == A_PLANE) lift_by_corners(p, one, pair->pose, &n);
-        if (pair->faced && pair->kind != A_PLANE) part_by_faces(s, p, pair, best, &n);
+        if (pair->faced && pair->kind != A_PLANE)
+            part_by_faces(s, p, pair, best, &n, hints + 2 * k);
         mask nearer = n.distance < best;
         best = pick(nearer, n.distance, best);
-        if (nearest && any(nearer)) {
+        if (any(nearer)) {
             nearest->distance = best;
             nearest->pair = pick(nearer, every((double)k), nearest->pair);
             nearest->first = pick_vector(nearer, n.first, nearest->first);
@@ -344,6 +362,8 @@ static lanes nearest_pair(const Space *s, const Margin *g, const Place *p, Neare
             nearest->normal = pick_vector(nearer, n.normal, nearest->normal);
         }
     }
+    for (int i = 0; i < LANES; i++)
+        if (nearest->pair[i] >= 0.0) *front = (int64_t)nearest->pair[i] + 1;
     return best;
 }
 
@@ -351,8 +371,7 @@ static lanes nearest_pair(const Space *s, const Margin *g, const Place *p, Neare
  * held fixed, to their bodies or to a share of the beam: an envelope theorem. */
 static void pull_nearest(const Space *s, const Margin *g, const Place *p, lanes weight,
                          wrench *on) {
-    Nearest n;
-    nearest_pair(s, g, p, &n);
+    const Nearest n = p->nearest[g - s->margin];
     weight = pick(n.pair >= 0.0, weight, every(0.0));
     if (g->kind == LINE_OF_SIGHT) {
         vector at = p->at[g->at], start = constant(g->place), beam = minus(at, start);

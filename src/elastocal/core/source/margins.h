@@ -74,7 +74,7 @@ static lanes margin_at(const Space *s, const Margin *g, const Place *p) {
         return root(sum) - g->bound;
     }
     case CLEARANCE:
-    case LINE_OF_SIGHT: return nearest_pair(s, g, p, 0) - g->bound;
+    case LINE_OF_SIGHT: return nearest_pair(s, g, p) - g->bound;
     default: return every(0.0);
     }
 }
