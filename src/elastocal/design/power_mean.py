@@ -9,6 +9,7 @@ import numpy as np
 from elastocal.arrays import Array
 from elastocal.design.criterion import Bends, InformationFunction, Losses
 from elastocal.design.test_pose import TestPosePrecision
+from elastocal.matrices import scaled_inverse
 
 
 class PowerMean(InformationFunction):
@@ -92,10 +93,12 @@ def floored(criterion: InformationFunction, scale: Array, share: float) -> Infor
 
     Args:
         criterion: Criterion to protect.
-        scale: (p, p) typical information of one experiment: D is its diagonal over p times the
-            loss 1/φ there, so that `share` is relative.
+        scale: (p, p) typical information of one experiment, regular. D is diagonal, so that each
+            unknown has the same part in tr(D M⁻¹) there, and all of them together the loss 1/φ:
+            `share` is relative. What only prior information tells apart has no more of it.
         share: Size of the penalty.
     """
     loss = 1.0 / float(criterion.value(scale[None])[0])
-    weight = np.diag(np.diagonal(scale)) * (share * loss / len(scale))
+    variance = np.diagonal(scaled_inverse(scale[None])[0])
+    weight = np.diag(1.0 / variance) * (share * loss / len(scale))
     return PowerMean([criterion.smooth, TestPosePrecision(weight)], 1.0)
