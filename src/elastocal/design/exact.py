@@ -238,8 +238,11 @@ class _Breeder:
         return bool(value >= self.continuous.certificate.upper * self.count * (1.0 - 1e-5))
 
     def afresh(self, batch: int) -> Plans:
-        """The best of many random plans from the pool, `batch` times."""
-        tries = 50
+        """The best of many random plans from the pool, `batch` times.
+
+        Of fewer with many unknowns, where looking at them costs as much as it saves.
+        """
+        tries = min(50, max(4, 3200 // self.goal.space.parameters**2))
         size = (batch, tries, self.distinct)
         index = self.rng.integers(0, self.random, size)
         counts = self._random_counts(batch * tries).reshape(size)
