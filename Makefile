@@ -49,7 +49,7 @@ check: $(VENV)/.dev                ## format, lint, types, warnings of the C com
 	CFLAGS="-Wall -Wextra -Werror" $(BIN)/python hatch_build.py build/checked || test $$? = 2
 
 bench: $(VENV)/.dev                ## timings against other ways to do it
-	$(BIN)/python benchmarks/kr270_plan.py
+	$(BIN)/python benchmarks/races.py
 
 mutate: $(VENV)/.dev               ## small faults in the core: would the tests notice?
 	$(BIN)/python benchmarks/mutate.py

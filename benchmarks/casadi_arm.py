@@ -1,6 +1,7 @@
 """The arm as CasADi expressions, built from the robot's data: regressor, constraints, objective.
 
-Written independently of elastocal's kernel: only the robot, the tool and the constraints are read.
+Written independently of elastocal's kernel: only the robot, the springs, the tool, the load and the
+constraints are read.
 """
 
 from __future__ import annotations
@@ -12,60 +13,77 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.constraints import Constraint, Elevation, HalfSpace, MinRadius
-from elastocal.elastic.allowed_loads import FixedVector
+from elastocal.elastic.allowed_loads import FixedVector, FreeDirection
 from elastocal.robot.chain import Robot
 from elastocal.study.study import Study
 
+Frame = tuple[ca.SX, ca.SX]
+"""Rotation and origin in the base frame."""
 
-def pose_function(study: Study) -> ca.Function:
-    """(q2 … qn) -> regressor rows per newton of load (3K, p), constraint margins (c,)."""
-    robot, e = study.robot, study.experiments
-    assert isinstance(e.force, FixedVector)
+
+def pose_function(study: Study, held: int = 1) -> ca.Function:
+    """Design variables, less the first `held` -> rows (3K, p), margins (c,), equalities (e,).
+
+    A direction has norm 1: without that its length is free, and IPOPT takes longer.
+    """
+    robot, e, springs = study.robot, study.experiments, study.springs
+    n = len(robot.joints)
     assert e.moment.size == 0.0
-    assert study.springs.joint is not None
-    x = ca.SX.sym("x", len(robot.joints) - 1)
-    rotation, origin, axes, origins = _chain(robot, ca.vertcat(0, x))
-    force = ca.DM(e.force.value / e.force.size)
+    x = ca.SX.sym("x", n + e.force.variables - held)
+    variables = ca.vertcat(ca.SX(held, 1), x)
+    bodies, (rotation, origin) = _chain(robot, variables[:n])
+    force, cone, norm = _force(e.force, variables[n:])
     load_point = origin + rotation @ ca.DM(np.array(e.tool.load_point))
-    rows = []
-    for marker in np.array(e.tool.markers):
-        point = origin + rotation @ ca.DM(marker)
-        columns = []
-        for i in study.springs.joint:
-            slides = robot.joints[i].prismatic
-            at_load = axes[i] if slides else ca.cross(axes[i], load_point - origins[i])
-            at_marker = axes[i] if slides else ca.cross(axes[i], point - origins[i])
-            columns.append(at_marker * ca.dot(at_load, force))
-        rows.append(ca.horzcat(*columns))
-    margins = [_margin(constraint, rotation, origin) for constraint in study.constraints]
-    return ca.Function("pose", [x], [ca.vertcat(*rows), ca.vertcat(*margins)])
-
-
-def _chain(robot: Robot, q: ca.SX) -> tuple[ca.SX, ca.SX, list[ca.SX], list[ca.SX]]:
-    """Flange rotation and origin, joint axes and points on them, in the base frame."""
-    rotation, origin = ca.SX(ca.DM.eye(3)), ca.SX(3, 1)
-    axes, origins = [], []
-    for i, joint in enumerate(robot.joints):
-        origin, rotation = _attached(joint.T_parent_joint, origin, rotation)
-        axis = np.array(joint.axis)
-        axes.append(rotation @ _sparse(axis))
-        if joint.prismatic:
-            origin = origin + axes[-1] * q[i]
+    points = [origin + rotation @ ca.DM(marker) for marker in np.array(e.tool.markers)]
+    columns = []
+    for j in range(len(springs)):
+        turn, at = bodies[int(springs.body[j])]
+        axis = turn @ _sparse(springs.axis[j])
+        root = at + turn @ _sparse(springs.origin[j])
+        if springs.prismatic[j]:
+            moved = ca.vertcat(*[axis] * len(points)) * ca.dot(axis, force)
         else:
-            along = np.outer(axis, axis)
-            turn = np.cross(np.eye(3), axis)  # turn @ v = axis x v
-            rotation = rotation @ (
-                _sparse(along)
-                + ca.cos(q[i]) * _sparse(np.eye(3) - along)
-                + ca.sin(q[i]) * _sparse(turn)
-            )
-        origins.append(origin)
-    origin, rotation = _attached(robot.T_tip_flange, origin, rotation)
-    return rotation, origin, axes, origins
+            moved = ca.vertcat(*[ca.cross(axis, point - root) for point in points])
+            moved *= ca.dot(ca.cross(axis, load_point - root), force)
+        columns.append(moved)
+    margins = [*(_margin(c, rotation, origin) for c in study.constraints), *cone]
+    parts = [
+        ca.horzcat(*columns),
+        ca.vertcat(ca.SX(0, 1), *margins),
+        ca.vertcat(ca.SX(0, 1), *norm),
+    ]
+    return ca.Function("pose", [x], parts)
 
 
-def _attached(link: Array, origin: ca.SX, rotation: ca.SX) -> tuple[ca.SX, ca.SX]:
-    return origin + rotation @ _sparse(link[:3, 3]), rotation @ _sparse(link[:3, :3])
+def _force(load: FixedVector | FreeDirection, x: ca.SX) -> tuple[ca.SX, list[ca.SX], list[ca.SX]]:
+    """Force [N], what must be >= 0 for its direction, and what must be 0."""
+    if isinstance(load, FixedVector):
+        return ca.SX(ca.DM(np.array(load.value))), [], []
+    assert isinstance(load, FreeDirection)
+    cone = [ca.dot(ca.DM(np.array(load.axis)), x) - np.cos(load.half_angle)]
+    return load.largest * x, cone if load.is_cone else [], [ca.dot(x, x) - 1.0]
+
+
+def _chain(robot: Robot, q: ca.SX) -> tuple[list[Frame], Frame]:
+    """Frames of the bodies from the base on, whose joints turn about z, and of the flange."""
+    frame: Frame = ca.SX(ca.DM.eye(3)), ca.SX(3, 1)
+    bodies = [frame]
+    for i, joint in enumerate(robot.joints):
+        rotation, origin = _attached(robot.links[i], *frame)
+        if joint.prismatic:
+            frame = rotation, origin + rotation[:, 2] * q[i]
+        else:
+            cosine, sine = ca.cos(q[i]), ca.sin(q[i])
+            turn = ca.SX(3, 3)
+            turn[0, 0] = turn[1, 1] = cosine
+            turn[0, 1], turn[1, 0], turn[2, 2] = -sine, sine, 1.0
+            frame = rotation @ turn, origin
+        bodies.append(frame)
+    return bodies, _attached(robot.links[len(robot.joints)], *frame)
+
+
+def _attached(link: Array, rotation: ca.SX, origin: ca.SX) -> Frame:
+    return rotation @ _sparse(link[:3, :3]), origin + rotation @ _sparse(link[:3, 3])
 
 
 def _sparse(values: Array) -> ca.DM:
