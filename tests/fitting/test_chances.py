@@ -46,3 +46,14 @@ def test_nothing_and_everything(value: float) -> None:
 def test_what_is_no_number_stays_none() -> None:
     assert math.isnan(chi_square_above(math.nan, 3.0))
     assert math.isnan(ratio_above(math.nan, 3.0, 4.0))
+
+
+@pytest.mark.parametrize(("ratio", "dof", "other"), [(8.0 / 9.0, 6, 4), (2.0 / 3.0, 2, 1)])
+def test_ratios_that_both_sides_are_as_near_to(ratio: float, dof: float, other: float) -> None:
+    right = float(special.fdtrc(dof, other, ratio))
+    assert ratio_above(ratio, dof, other) == pytest.approx(right, rel=1e-12)
+
+
+@pytest.mark.parametrize(("ratio", "expected"), [(1e308, 0.0), (5e-324, 1.0)])
+def test_ratios_beyond_floating_point(ratio: float, expected: float) -> None:
+    assert ratio_above(ratio, 3.0, 7.0) == expected

@@ -58,16 +58,23 @@ def ratio_above(value: float, dof: float, other: float) -> float:
     if not value > 0.0 or math.isinf(value):
         return math.nan if math.isnan(value) else float(value <= 0.0)
     share = other / (other + dof * value)
-    return _beta(0.5 * other, 0.5 * dof, share, dof * value / (other + dof * value))
+    rest = dof * value / (other + dof * value)
+    if share == 0.0 or rest == 0.0:  # beyond what floating point holds
+        return share
+    return _beta(0.5 * other, 0.5 * dof, share, rest)
 
 
 def _beta(a: float, b: float, x: float, y: float) -> float:
-    """The regularised incomplete beta function of x = 1 - y.
+    """The regularised incomplete beta function of x = 1 - y, from the side that converges fast."""
+    swapped = x > (a + 1.0) / (a + b + 2.0)
+    return 1.0 - _fraction(b, a, y, x) if swapped else _fraction(a, b, x, y)
 
-    Source: DLMF 8.17.22, by the method of Lentz, on the side where it converges fast.
+
+def _fraction(a: float, b: float, x: float, y: float) -> float:
+    """The same as a continued fraction.
+
+    Source: DLMF 8.17.22, by the method of Lentz.
     """
-    if x > (a + 1.0) / (a + b + 2.0):
-        return 1.0 - _beta(b, a, y, x)
     front = math.exp(
         math.lgamma(a + b) - math.lgamma(a) - math.lgamma(b) + a * math.log(x) + b * math.log(y)
     )
