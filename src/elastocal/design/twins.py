@@ -80,4 +80,5 @@ def merged(goal: Goal, design: ExactDesign, order: IntArray) -> ExactDesign:
     if plans.value[0] < design.value * (1.0 - _ALLOWED):
         return design
     by_repeats = np.argsort(-plans.counts[0], kind="stable")
-    return ExactDesign(plans.x[0][by_repeats], repeats[by_repeats], float(plans.value[0]))
+    single = ExactDesign(plans.x[0][by_repeats], repeats[by_repeats], float(plans.value[0]))
+    return merged(goal, single, np.arange(len(repeats)))  # what was refined may be twins now
