@@ -25,6 +25,7 @@ from baselines import METHODS, multistart, verify
 from kr270 import MICRO, RESULTS, machine, one_thread
 from problems import Problem, problems
 
+import elastocal.design.breeding as breeding
 import elastocal.design.exact as exact
 from elastocal.core.library import described
 from elastocal.planning.assessment import assess
@@ -89,11 +90,11 @@ def watched(trace: list[tuple[float, float]], problem: Problem) -> Iterator[None
         standing += time.process_time() - now
         return plans
 
-    exact.refine = noted
+    exact.refine = breeding.refine = noted
     try:
         yield
     finally:
-        exact.refine = refine
+        exact.refine = breeding.refine = refine
 
 
 def elastocal(problem: Problem, seed: int) -> Run:

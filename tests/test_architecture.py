@@ -18,7 +18,7 @@ SOURCE = Path(elastocal.__file__).parent
 MODULES = sorted(SOURCE.rglob("*.py"))
 LONGEST = 400
 
-GROUND = ("arrays", "cores", "errors", "matrices", "names", "reading", "writing")
+GROUND = ("arrays", "cores", "errors", "matrices", "names", "reading", "stopping", "writing")
 # Rooms in import order, with the rooms above that each may import besides the ground floor.
 MAY_IMPORT = {
     "core": "none",

@@ -134,6 +134,7 @@ Code = Literal[
     "in-inches",
     "base-elsewhere",
     # of a plan
+    "search-stopped",
     "constraint-broken",
     "load-differs",
     "load-too-large",

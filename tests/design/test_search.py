@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from elastocal.arrays import Array
-from elastocal.design import approximate, continuous, exact
+from elastocal.design import approximate, continuous
 from elastocal.design.approximate import interior_point, optimal_weights
+from elastocal.design.breeding import Breeder
 from elastocal.design.continuous import ContinuousDesign, continuous_design
 from elastocal.design.exact import Effort, exact_design
 from elastocal.design.matrix_means import MatrixMean
@@ -147,7 +148,7 @@ def quadratic() -> ContinuousDesign:
     return continuous_design(polynomial(2), D, np.random.default_rng(0))
 
 
-@pytest.mark.parametrize(("count", "most"), [(3, 1), (6, 1), (7, 11)])
+@pytest.mark.parametrize(("count", "most"), [(3, 2), (6, 2), (7, 11)])
 def test_the_search_stops_where_nothing_is_left_to_gain(
     quadratic: ContinuousDesign, count: int, most: int
 ) -> None:
@@ -159,11 +160,11 @@ def test_the_search_stops_where_nothing_is_left_to_gain(
     )  # fmt: skip
     assert found.counts.sum() == count
     attained = found.value / (count * quadratic.certificate.upper)
-    if most == 1:
-        assert len(told) == 1
+    if most == 2:
+        assert len(told) == 2
         assert attained == pytest.approx(1.0, abs=1e-5)
     else:  # the bound stays out of reach: patience of four on each of two islands
-        assert 8 <= len(told) < 2 * most
+        assert 10 <= len(told) < 2 * most + 2
         assert attained == pytest.approx(np.cbrt(3 * 2 * 2) / (7 / 3), abs=1e-5)
 
 
@@ -195,7 +196,7 @@ def test_progress_never_falls_and_stays_below_one(quadratic: ContinuousDesign) -
     )  # fmt: skip
     assert all(a <= b for a, b in pairwise(values))
     assert values[-1] == pytest.approx(found.value, rel=1e-6)
-    np.testing.assert_allclose(told, [k / 12 for k in (1, 2, 3, 5, 6, 7, 9, 10, 11)])
+    np.testing.assert_allclose(told, [k / 12 for k in range(12)])
     assert all(a <= b for a, b in pairwise(told))
     assert told[-1] <= 1.0
 
@@ -204,7 +205,9 @@ def test_plans_made_afresh_are_the_best_of_many(quadratic: ContinuousDesign) -> 
     """Fifty random plans for each: nearly all better than nine of ten random ones."""
     space, base = polynomial(2), np.zeros((3, 3))
     goal = Goal(space, D, base)
-    breeder = exact._Breeder(goal, 4, 3, np.random.default_rng(0), quadratic)
+    rng = np.random.default_rng(0)
+    breeder = Breeder(goal, 4, 3, rng, quadratic)
+    breeder.draw(space.sample(2000, rng))
     made = breeder.afresh(20)
     assert (made.counts.sum(axis=1) == 4).all()
     x = space.sample(3 * 500, np.random.default_rng(1)).reshape(500, 3, 1)

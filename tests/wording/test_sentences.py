@@ -169,6 +169,11 @@ def test_every_code_has_its_sentence() -> None:
             "constraints: {collision: {link_radius_mm: …}} says how thick",
         ),
         (
+            Doubt("search-stopped", numbers={"generations": 3}),
+            "the search was stopped before its end, after 3 generations of plans: a longer one may "
+            "find a better plan, and the same seed need not lead to this one again",
+        ),
+        (
             Doubt("too-few-configurations", ("A1", "A2"), (), {"count": 2, "needed": 3}),
             "2 configurations cannot identify the 2 compliances A1, A2: at least 3 are needed",
         ),

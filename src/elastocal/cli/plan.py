@@ -63,12 +63,19 @@ def plan_command(
     ] = None,
     force: Overwrite = False,
     seed: Seed = 0,
+    seconds: Annotated[
+        float | None,
+        typer.Option(help="Stop after that long, with the best plan so far.", min=0.0),
+    ] = None,
     workers: Workers = None,
     as_json: Json = False,
 ) -> None:
-    """Plan the experiments; write plan.json and the run sheet plan.csv."""
+    """Plan the experiments; write plan.json and the run sheet plan.csv.
+
+    Ctrl-C ends the search with the best plan so far; a second one ends the program.
+    """
     from elastocal.cli.inputs import known_in, sources_of
-    from elastocal.cli.planning import planned
+    from elastocal.cli.planning import planned_for_now
     from elastocal.files.study.study_file import read_study
     from elastocal.study.criteria import renamed
     from elastocal.wording import worded
@@ -87,7 +94,7 @@ def plan_command(
         study = _rest(study, after, mapping, as_json)
     for doubt in renamed(study):
         print(f"note: {worded(doubt)}", file=sys.stderr)
-    made = planned(study, out, seed, workers)
+    made = planned_for_now(study, out, seed, workers, seconds)
     if as_json:
         from elastocal.files.plans.plan_file import plan_document
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from elastocal.cli.ending import undisturbed
+from elastocal.cli.stopping import SearchEnd, ended_by
 from elastocal.cores import several_cores, usable_cores
 from elastocal.planning.certificate import Bound, lower_bound
 from elastocal.planning.plan import Plan, plan
@@ -23,16 +24,33 @@ if TYPE_CHECKING:
     from elastocal.files.plans.proposal_file import Proposal
 
 
-def planned(study: Study, out: Path, seed: int, workers: int | None = None) -> Plan:
+def planned(study: Study, out: Path, seed: int) -> Plan:
     """Plan a study, and write the plan and its run sheet beside it."""
-    with several_cores(workers or usable_cores()), progress("planning") as tell:
+    with several_cores(usable_cores()), progress("planning") as tell:
         made = plan(study, seed=seed, progress=tell)
+    write_pair(made, out)
+    return made
+
+
+def planned_for_now(
+    study: Study, out: Path, seed: int, workers: int | None, seconds: float | None
+) -> Plan:
+    """The same, but Ctrl-C and the end of so many seconds leave the best plan so far."""
+    with several_cores(workers or usable_cores()), progress("planning") as say:
+        end = SearchEnd(say, seconds)
+        with ended_by(end):
+            made = plan(study, seed=seed, progress=end.tell, stop=end)
+    write_pair(made, out)
+    return made
+
+
+def write_pair(made: Plan, out: Path) -> None:
+    """Write a plan and its run sheet beside it."""
     from elastocal.files.plans.plan_file import write_plan, write_run_sheet
 
     with undisturbed():
         write_plan(made, out)
         write_run_sheet(made, out.with_suffix(".csv"))
-    return made
 
 
 def bound(study: Study, count: int, seed: int, workers: int | None = None) -> Bound:

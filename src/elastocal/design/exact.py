@@ -1,27 +1,24 @@
 """Exact designs: m experiments at no more than s distinct points, found by search.
 
-The search keeps an elite of plans and breeds from it: replace a point by a random one, move a
-repeat from one point to another, start afresh from the best of many random plans, or round the
-continuous design. For small m replacing points of elite plans finds the best known plans most
-often; for large m rounding does.
+The search keeps an elite of plans and breeds from it (breeding.py). For small m replacing points of
+elite plans finds the best known plans most often; for large m rounding does. It can be stopped at
+any time from when there is a feasible plan: the best so far is polished as at the end.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 
 import numpy as np
 
 from elastocal.arrays import Array, IntArray
-from elastocal.design.approximate import nearly_best
+from elastocal.design.breeding import APART, ELITE, Breeder
 from elastocal.design.continuous import MANY, ContinuousDesign
-from elastocal.design.criterion import InformationFunction
 from elastocal.design.refinement import TINY, Goal, Plans, refine
-from elastocal.design.rounding import apportion
-from elastocal.design.space import information
 from elastocal.errors import InfeasibleError
+from elastocal.stopping import Stop, Stopped, stoppable
 
 
 @dataclass(frozen=True)
@@ -34,6 +31,8 @@ class ExactDesign:
         value: φ of base plus the sum of the informations.
         searches: Independent evolutions that were made.
         apart: Share of φ by which the best of the worst of them is below the best of all.
+        generations: Generations of plans that were made.
+        stopped: Whether the search was stopped before its end.
     """
 
     x: Array
@@ -41,6 +40,8 @@ class ExactDesign:
     value: float
     searches: int = 1
     apart: float = 0.0
+    generations: int = 0
+    stopped: bool = False
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,31 @@ class Effort:
     stages: tuple[tuple[int, float], ...] = ((30, 0.33), (40, 0.4), (60, 1.0))
 
 
+_RANDOM = 2000  # points that plans are made of
+_FIRST = 24, ((30, 0.33), (40, 1.0))  # plans made in a hurry, and how they are refined
+
+
+def first_plans(
+    goal: Goal, count: int, distinct: int, x: Array, rng: np.random.Generator
+) -> Plans | None:
+    """Feasible plans made in a hurry, the best first; None if there are none.
+
+    Args:
+        goal: What plans are worth.
+        count: Number of experiments m.
+        distinct: Most distinct points s ≤ m.
+        x: (N, d) random feasible points to make them of.
+        rng: Source of all randomness.
+    """
+    breeder = Breeder(goal.smooth, count, distinct, rng, None)
+    breeder.draw(x)
+    usual = goal.base + count * breeder.flat.mean(axis=0).reshape(goal.base.shape)
+    breeder.goal = breeder.goal.near(usual[None])
+    batch, stages = _FIRST
+    made = breeder.checked(breeder.evolve(breeder.afresh(batch), stages)).feasible
+    return made if len(made) else None
+
+
 def exact_design(
     goal: Goal,
     count: int,
@@ -69,8 +95,10 @@ def exact_design(
     rng: np.random.Generator,
     *,
     continuous: ContinuousDesign | None = None,
+    known: Plans | None = None,
     effort: Effort | None = None,
     progress: Callable[[float, float], None] | None = None,
+    stop: Stop | None = None,
 ) -> ExactDesign:
     """A plan of `count` experiments at no more than `distinct` points.
 
@@ -80,29 +108,42 @@ def exact_design(
         distinct: Most distinct points s ≤ m.
         rng: Source of all randomness.
         continuous: Best continuous design, to round and to know when to stop.
+        known: Plans found before, which the first evolution breeds from, too.
         effort: How long to search.
         progress: Told the share that is done, and φ of the best plan so far.
+        stop: Asked, from when there is a feasible plan, whether to end with the best so far.
+
+    Raises:
+        InfeasibleError: no plan satisfies the constraints.
     """
     if effort is None:
         effort = _effort_for(goal.space.parameters, distinct, rounding=continuous is not None)
-    smooth = goal.smooth
-    if continuous is not None:
-        smooth = smooth.near(continuous.total[None])
-    breeder = _Breeder(smooth, count, distinct, rng, continuous)
-    elites: list[Plans] = []
-    for island in range(effort.islands):
-        before = max((float(elite.value[0]) for elite in elites), default=0.0)
+    breeder = Breeder(goal.smooth, count, distinct, rng, continuous)
+    given = [] if known is None else [breeder.checked(breeder.valued(known))]
+    elites: list[Plans] = []  # of every evolution
+    generations, stopped = 0, False
 
-        def tell(share: float, value: float, done: int = island, best: float = before) -> None:
-            if progress is not None:
-                progress((done + share) / effort.islands, max(value, best))
+    def enough() -> bool:
+        feasible = any(elite.value[0] > 0.0 for elite in (*given, *elites))
+        return feasible and stop is not None and stop()
 
-        elites.append(_island(breeder, effort, tell))
-        if breeder.cannot_improve(elites[-1].value[0]):
-            break
-    ends = [float(elite.value[0]) for elite in elites]
+    try:
+        with stoppable(enough):
+            breeder.draw(goal.space.sample(_RANDOM, rng))
+            for island in range(effort.islands):
+                for share, elite in _generations(breeder, effort, given if island == 0 else []):
+                    elites[island:] = [elite]
+                    generations += 1
+                    if progress is not None:
+                        highest = max(float(elite.value[0]) for elite in elites)
+                        progress((island + share) / effort.islands, highest)
+                if breeder.cannot_improve(elites[island].value[0]):
+                    break
+    except Stopped:
+        stopped = True
+    ends = [float(elite.value[0]) for elite in (elites[:-1] if stopped else elites)]
     apart = 1.0 - min(ends) / max(*ends, TINY) if len(ends) > 1 else 0.0
-    elite = reduce(Plans.join, elites).best(_ELITE, apart=_APART)
+    elite = reduce(Plans.join, elites or given).best(ELITE, apart=APART)
     while True:
         final = refine(breeder.goal, elite.best(6), stages=((300, 6),), tolerance=1e-13)
         last = elite.join(final)
@@ -111,12 +152,18 @@ def exact_design(
                 f"no feasible plan of {count} experiments at {distinct} points was found; "
                 "the constraints may leave too little room"
             )
-        known, elite = breeder.goal, breeder.checked(last)
-        if breeder.goal is known:
+        before, elite = breeder.goal, breeder.checked(last)
+        if breeder.goal is before:
             break
     last.value = goal.values(last.x, last.counts)
     best = _tidy(_by_what_decides(goal, last.best(1)))
-    return replace(best, searches=len(elites), apart=apart)
+    return replace(
+        best,
+        searches=max(len(ends), 1),
+        apart=apart,
+        generations=generations,
+        stopped=stopped,
+    )
 
 
 def _effort_for(parameters: int, distinct: int, *, rounding: bool) -> Effort:
@@ -150,179 +197,25 @@ def _by_what_decides(goal: Goal, plan: Plans) -> Plans:
     return plan
 
 
-def _island(
-    breeder: _Breeder,
-    effort: Effort,
-    tell: Callable[[float, float], None],
-) -> Plans:
-    """The elite of one evolution from nothing."""
-    elite = breeder.evolve(breeder.first(effort.batch), effort)
+def _generations(
+    breeder: Breeder, effort: Effort, given: Sequence[Plans]
+) -> Iterator[tuple[float, Plans]]:
+    """One evolution from nothing, or from plans that are given.
+
+    After every generation: the share of it that is done, and the elite.
+    """
+    elite = reduce(Plans.join, given, breeder.evolve(breeder.first(effort.batch), effort.stages))
+    elite = breeder.checked(elite.best(ELITE, apart=APART))
+    yield 0.0, elite
     idle = 0
     for generation in range(1, effort.generations):
-        children = breeder.evolve(breeder.children(elite, effort.batch), effort)
-        merged = breeder.checked(elite.join(children).best(_ELITE, apart=_APART))
+        children = breeder.evolve(breeder.children(elite, effort.batch), effort.stages)
+        merged = breeder.checked(elite.join(children).best(ELITE, apart=APART))
         gain = merged.value[0] / max(elite.value[0], TINY) - 1.0
         elite, idle = merged, idle + 1 if gain < 1e-5 else 0
-        tell(generation / effort.generations, float(elite.value[0]))
+        yield generation / effort.generations, elite
         if idle >= effort.patience or breeder.cannot_improve(elite.value[0]):
             break
-    return elite
-
-
-_ELITE = 24
-_APART = 3e-5  # plans with values closer than this (relative) are taken for the same plan
-_TOGETHER = 2_000_000  # numbers in information matrices of plans valued at once
-_TRIES = 2  # random points of which the best replaces one of an elite plan
-
-
-class _Breeder:
-    """Makes plans to refine: afresh, from the continuous design, or from an elite."""
-
-    def __init__(
-        self,
-        goal: Goal,
-        count: int,
-        distinct: int,
-        rng: np.random.Generator,
-        continuous: ContinuousDesign | None,
-    ) -> None:
-        self.goal, self.rng, self.count, self.distinct = goal, rng, count, distinct
-        self.continuous, space = continuous, goal.space
-        self.pool = space.sample(2000, rng)
-        self.random = len(self.pool)
-        if continuous is not None:
-            self.pool = np.concatenate([self.pool, continuous.x])
-        informations = information(space.evaluate(self.pool).blocks)
-        self._flat = informations.reshape(len(self.pool), -1)
-        self.rounding = (
-            continuous is not None
-            and isinstance(goal.criterion, InformationFunction)
-            and (count > distinct or distinct > space.parameters)
-        )
-
-    def first(self, batch: int) -> Plans:
-        if not self.rounding:
-            return self.afresh(batch)
-        return self.rounded(2 * batch // 3).join(self.afresh(batch - 2 * batch // 3))
-
-    def children(self, elite: Plans, batch: int) -> Plans:
-        quarter = batch // 4
-        new = self.first(quarter)
-        return new.join(self.mutated(elite, batch - quarter))
-
-    def evolve(self, plans: Plans, effort: Effort) -> Plans:
-        """Refine in stages, keeping the better share of the batch after each."""
-        stages = []
-        left = len(plans)
-        for evaluations, share in effort.stages:
-            left = max(4, int(share * left))
-            stages.append((evaluations, left))
-        refined = refine(self.goal, plans, stages=stages)
-        return refined.best(_ELITE, apart=_APART)
-
-    def checked(self, plans: Plans) -> Plans:
-        """Plans valued by all that decides at any of them, of a criterion with very many members.
-
-        What was missing counts from now on.
-        """
-        wider = self.goal.near(self.goal.totals(plans.x, plans.counts)[0])
-        if wider is self.goal:
-            return plans
-        self.goal = wider
-        return Plans(plans.x, plans.counts, wider.values(plans.x, plans.counts)).best(len(plans))
-
-    def cannot_improve(self, value: float) -> bool:
-        """Whether the certificate leaves less than 1e-5 to gain."""
-        if self.continuous is None:
-            return False
-        return bool(value >= self.continuous.certificate.upper * self.count * (1.0 - 1e-5))
-
-    def afresh(self, batch: int) -> Plans:
-        """The best of many random plans from the pool, `batch` times.
-
-        Of fewer with many unknowns, where looking at them costs as much as it saves.
-        """
-        tries = min(50, max(4, 3200 // self.goal.space.parameters**2))
-        size = (batch, tries, self.distinct)
-        index = self.rng.integers(0, self.random, size)
-        counts = self._random_counts(batch * tries).reshape(size)
-        value = np.empty((batch, tries))
-        at_once = max(1, _TOGETHER // (tries * self.goal.base.size))
-        for start in range(0, batch, at_once):
-            part = slice(start, start + at_once)
-            total = np.einsum("bts,btsk->btk", counts[part], self._flat[index[part]])
-            value[part] = self._values(total)
-        best = value.argmax(axis=1)
-        rows = np.arange(batch)
-        return Plans(self.pool[index[rows, best]], counts[rows, best])
-
-    def rounded(self, batch: int) -> Plans:
-        """Random small parts of the support with their best weights, apportioned."""
-        assert self.continuous is not None
-        assert isinstance(self.goal.criterion, InformationFunction)
-        design = self.continuous
-        x = np.empty((batch, self.distinct, design.x.shape[1]))
-        counts = np.zeros((batch, self.distinct), dtype=np.int64)
-        size = min(self.distinct, len(design.x))
-        # The largest of chances with Gumbel's noise: drawn in turn, none of them twice.
-        chance = np.log(design.weights + 1e-9) + self.rng.gumbel(size=(batch, len(design.x)))
-        parts = np.argsort(-chance, axis=1)[:, :size]
-        weights = nearly_best(
-            self.goal.criterion, design.informations, parts, self.goal.base / self.count
-        )
-        for b, part in enumerate(parts):
-            counts[b, :size] = apportion(weights[b], self.count)
-            x[b] = design.x[part[np.arange(self.distinct) % size]]
-        return Plans(x, counts)
-
-    def mutated(self, elite: Plans, batch: int) -> Plans:
-        """Elite plans with one point replaced, or a repeat moved to another point."""
-        parents = self.rng.integers(0, len(elite), batch)
-        x, counts = elite.x[parents].copy(), elite.counts[parents].copy()
-        each = information(self.goal.space.evaluate(x.reshape(-1, x.shape[2])).blocks)
-        each = each.reshape(*x.shape[:2], -1)
-        replaced: list[tuple[int, int]] = []
-        newcomers: list[IntArray] = []
-        for b in range(batch):
-            used = np.flatnonzero(counts[b])
-            source = used[self.rng.integers(len(used))]
-            if self.count > self.distinct and self.rng.random() < 0.5:
-                target = self.rng.integers(self.distinct)
-                if counts[b, target] == 0:
-                    x[b, target] = x[b, source]
-                counts[b, source] -= 1
-                counts[b, target] += 1
-            else:
-                replaced.append((b, source))
-                newcomers.append(self._newcomers())
-        if replaced:
-            who, out = np.array(replaced).T
-            tries, repeats = np.array(newcomers), counts[who, out][:, None]
-            rest = np.einsum("bs,bsk->bk", counts[who], each[who]) - repeats * each[who, out]
-            value = self._values(rest[:, None] + repeats[:, :, None] * self._flat[tries])
-            x[who, out] = self.pool[tries[np.arange(len(who)), value.argmax(axis=1)]]
-        return Plans(x, counts)
-
-    def _values(self, total: Array) -> Array:
-        """(A, T) criterion of what (A, T, p²) informations add to what there is anyway."""
-        base = self.goal.base
-        matrices = base + total.reshape(-1, *base.shape)
-        return self.goal.criterion.value(matrices).reshape(total.shape[:2])
-
-    def _newcomers(self) -> IntArray:
-        """A few points of the pool: random ones, or of the support of the continuous design."""
-        support = len(self.pool) - self.random
-        if support and self.rng.random() < 0.4:
-            return self.random + self.rng.integers(0, support, _TRIES)
-        return self.rng.integers(0, self.random, _TRIES)
-
-    def _random_counts(self, batch: int) -> IntArray:
-        counts = np.ones((batch, self.distinct), dtype=np.int64)
-        extra = self.count - self.distinct
-        if extra:
-            share = np.full(self.distinct, 1.0 / self.distinct)
-            counts += self.rng.multinomial(extra, share, size=batch)
-        return counts
 
 
 def _tidy(plan: Plans) -> ExactDesign:

@@ -20,6 +20,7 @@ import numpy as np
 
 from elastocal.arrays import Array, BoolArray, IntArray
 from elastocal.cores import dealt
+from elastocal.stopping import stop_if_asked
 
 PENALTIES = (0.3, 1.0, 10.0)
 """First penalties, dealt out in turn: paths that differ end in different optima."""
@@ -99,6 +100,7 @@ def minimise(
     running = _together(list(dealt(partial(_begun, mover), starts)))
     rested = running.only(np.zeros(len(x), dtype=bool)).minimum
     for iterations, kept in stages:
+        stop_if_asked()
         divided = running.divided(parts(len(running.index)))
         advanced = partial(_advanced, mover, iterations, tolerance)
         ended = list(dealt(advanced, divided))
@@ -218,6 +220,7 @@ def _advanced(
     for done in range(0, iterations, _SETTLED):
         if not len(batch.index):
             break
+        stop_if_asked()
         settle = done + _SETTLED <= iterations
         mover.advance(batch, min(_SETTLED, iterations - done), settle=settle)
         if settle:

@@ -13,6 +13,7 @@ from elastocal.arrays import Array, IntArray
 from elastocal.design.lockstep import Stages, Trial, minimise
 from elastocal.design.space import DesignEvaluation, DesignSpace
 from elastocal.matrices import square_root
+from elastocal.stopping import stop_if_asked
 
 
 def climb(
@@ -78,12 +79,14 @@ def restore(space: DesignSpace, x: Array, *, iterations: int = 30) -> Array:
 
     A point for which that fails is returned as far as it came.
     """
+    stop_if_asked()
     restored = None if space.core is None else space.core.restored(x, iterations)
     if restored is not None:
         return restored
     x = np.clip(x, space.lower, space.upper)
     todo = np.arange(len(x))
     for _ in range(iterations):
+        stop_if_asked()
         evaluation = space.evaluate(x[todo])
         outside = (evaluation.margins < 0.0).any(axis=1)
         if not outside.any():

@@ -83,6 +83,11 @@ class Plans:
             np.concatenate([self.value, other.value]),
         )
 
+    @property
+    def feasible(self) -> Plans:
+        """Those that break no constraint and identify what the criterion asks for."""
+        return self.take(np.flatnonzero(self.value > 0.0))
+
     def best(self, count: int, *, apart: float = 0.0) -> Plans:
         """The best plans; values closer than `apart` (relative) count as the same plan."""
         order = np.argsort(-self.value)

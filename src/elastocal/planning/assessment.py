@@ -136,6 +136,12 @@ def hardly_known(springs: VirtualJoints, standard_error: Array) -> Iterator[Doub
             yield Doubt("hardly-known", tuple(errors), numbers=errors, unit=kind.compliance)
 
 
+def search_stopped(generations: int | None) -> Iterator[Doubt]:
+    """That a search was stopped after so many generations; nothing if it was not, None."""
+    if generations is not None:
+        yield Doubt("search-stopped", numbers={"generations": generations})
+
+
 _SOFT = {REVOLUTE: 1e-4, PRISMATIC: 1e-5}  # compliances of soft arms: 10 000 N·m/rad, 100 N/mm
 
 

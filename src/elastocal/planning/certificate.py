@@ -27,6 +27,7 @@ from elastocal.errors import Doubt
 from elastocal.matrices import confounded, square_root
 from elastocal.planning.assessment import Assessment
 from elastocal.planning.plain_values import simplify
+from elastocal.stopping import Stop, Stopped, stoppable
 from elastocal.study.criteria import CRITERIA, RHO0, criterion_of
 from elastocal.study.study import Study
 
@@ -48,7 +49,7 @@ class Certificate:
 
     Attributes:
         criterion: Name of the criterion it speaks of.
-        kind: "numerical": the bound rests on a multistart search; "none": no bound exists.
+        kind: "numerical": the bound rests on a multistart search; "none": no bound is known.
         lower_bound: No plan has a smaller loss 1/√φ: ρ0 [m] for test-pose criteria.
         efficiency: φ of the plan over the bound: 0.9 means that at best 10 % of the experiments
             could be saved.
@@ -64,6 +65,7 @@ class Certificate:
         narrow_starts: Further starts that failed, in narrow or cut-off parts of the cell.
         narrow_attained: How many of them reached the same maximum.
         rarest: How many of all these starts found that load case of the support which fewest found.
+        stopped: Whether no bound is known because the search was stopped before there was one.
     """
 
     criterion: str
@@ -81,6 +83,7 @@ class Certificate:
     narrow_starts: int = 0
     narrow_attained: int = 0
     rarest: int = 0
+    stopped: bool = False
 
     @property
     def missed(self) -> float:
@@ -108,13 +111,16 @@ class Bound:
 
     Attributes:
         criterion: The criterion.
-        target: What the search optimises: the criterion, with a floor if its optimum is singular.
-        design: The continuous design; None for a criterion without certificate.
+        target: What the search optimises: the criterion, with a floor if its optimum is singular,
+            unless it was stopped before that was known.
+        design: The continuous design; None for a criterion without certificate, or if stopped.
+        stopped: Whether the search for it was stopped before all starts had tried it.
     """
 
     criterion: Criterion
     target: Criterion
     design: ContinuousDesign | None
+    stopped: bool = False
 
     def loss(self, count: int) -> float:
         """No plan of `count` experiments has a smaller loss 1/√φ: ρ0 [m] for test poses."""
@@ -134,14 +140,18 @@ def lower_bound(
     *,
     known: Array | None = None,
     progress: Progress | None = None,
+    stop: Stop | None = None,
 ) -> Bound:
     """Bound on every plan with as many experiments as the study has.
+
+    A bound that is not yet tried from fresh starts bounds nothing: stopped before, there is none.
 
     Args:
         study: The study.
         rng: Source of candidates and fresh starts.
         known: (K, d) feasible design points to begin with.
         progress: Told the gap as it closes.
+        stop: Asked now and then whether to end.
     """
     criterion = criterion_of(study)
     if not isinstance(criterion, InformationFunction):
@@ -157,25 +167,40 @@ def lower_bound(
             shown = what if np.isinf(gap) else f"{what}, gap {gap:.0e}"
             progress(shown, 0.4 * float(np.clip(closed, 0.0, 1.0)))
 
-    design = continuous_design(space, criterion, rng, base=base, known=known, progress=tell)
-    if design.gap < _OPEN and not design.singular:
-        return Bound(criterion, criterion, design)
-    blocks = information(space.evaluate(space.sample(500, rng)).blocks)
-    target = floored(criterion, base + blocks.mean(axis=0), _FLOOR)
-    design = continuous_design(
-        space, target, rng, certified=criterion, base=base, known=known, progress=tell
-    )
+    try:
+        with stoppable(stop):
+            design = continuous_design(space, criterion, rng, base=base, known=known, progress=tell)
+            if design.gap < _OPEN and not design.singular:
+                return Bound(criterion, criterion, design)
+            target = with_floor(study, criterion, space.sample(500, rng))
+            design = continuous_design(
+                space, target, rng, certified=criterion, base=base, known=known, progress=tell
+            )
+    except Stopped:
+        return Bound(criterion, criterion, None, stopped=True)
     return Bound(criterion, target, design)
 
 
+def with_floor(study: Study, criterion: InformationFunction, x: Array) -> InformationFunction:
+    """The criterion with a floor under what it may ignore, by random feasible points x (N, d)."""
+    usual = information(study.space.evaluate(x).blocks).mean(axis=0)
+    return floored(criterion, study.prior / study.experiments.count + usual, _FLOOR)
+
+
 def confirmed(
-    study: Study, bound: Bound, x: Array, rng: np.random.Generator, *, attempts: int = 3
+    study: Study,
+    bound: Bound,
+    x: Array,
+    rng: np.random.Generator,
+    *,
+    attempts: int = 3,
+    stop: Stop | None = None,
 ) -> Bound:
     """The bound, after climbing from the points `x` of a plan has failed to refute it.
 
     If it is refuted, a new one is computed that knows where the climb ended, `attempts` times. If
     that goes on, or if a point is more sensitive by less than the search can tell, the bound is
-    raised to it: no plan of these points is beyond the bound.
+    raised to it: no plan of these points is beyond the bound. Stopped on the way there is none.
     """
     design = bound.design
     if design is None:
@@ -185,8 +210,8 @@ def confirmed(
     found = np.concatenate([found, x])
     s = np.append(s, sensitivity(study.space, x, square_root(dual.gradient)))
     if s.max() > dual.largest * (1.0 + tolerance_of(study.space.parameters)) and attempts:
-        bound = lower_bound(study, rng, known=found[s > 0.0])
-        return confirmed(study, bound, x, rng, attempts=attempts - 1)
+        bound = lower_bound(study, rng, known=found[s > 0.0], stop=stop)
+        return confirmed(study, bound, x, rng, attempts=attempts - 1, stop=stop)
     if s.max() <= dual.largest * (1.0 + ROUNDING):
         return bound
     best = int(s.argmax())
@@ -197,7 +222,7 @@ def confirmed(
 def certificate(study: Study, bound: Bound, worth: Assessment, count: int) -> Certificate:
     """What `bound` says of a plan of `count` experiments that is worth `worth`."""
     if bound.design is None:
-        return Certificate(study.criterion, "none")
+        return Certificate(study.criterion, "none", stopped=bound.stopped)
     design, dual, space = bound.design, bound.design.certificate, study.space
     value = float(bound.criterion.value(worth.information[None])[0])
     level = float(np.einsum("i,ijk,jk->", design.weights, design.informations, dual.gradient))

@@ -18,7 +18,12 @@ from elastocal.design.twins import twins
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import Code, Doubt
 from elastocal.motion.margins import Vias, motion_violations
-from elastocal.planning.assessment import Assessment, assess, broken_on_the_way
+from elastocal.planning.assessment import (
+    Assessment,
+    assess,
+    broken_on_the_way,
+    search_stopped,
+)
 from elastocal.planning.certificate import KINDS, Bound, Certificate, certificate, confirmed
 from elastocal.planning.visibility import Visibility, visibility
 from elastocal.study.criteria import CRITERIA
@@ -84,7 +89,8 @@ def evaluate(
         repeats: (S,) repeats.
         claims: What is claimed: rho0 [m], lower_bound [m], efficiency, standard_error by joint,
             covariance as names and a matrix, criteria by name, in SI; kind of the certificate
-            and its criterion, and unchecked, what else the plan says that nothing here depends on.
+            and its criterion, stopped_after, a number of generations, and unchecked, what else
+            the plan says that nothing here depends on.
         bound: Bound for this study and as many experiments.
         via: Configurations passed on the way, see `motion.Vias`; None: motions are not judged.
         asked: What the study itself asks for, to remark on plans of more; None: not said.
@@ -105,6 +111,7 @@ def evaluate(
     view = visibility(study.space, cases.q)
     repeats = frozen(repeats, np.int64)
     remarks = (
+        *search_stopped(claims.get("stopped_after")),
         *_same_information(study, cases, repeats),
         *_beyond(study, repeats, asked),
         *_unchecked(claims),

@@ -1,10 +1,11 @@
-"""Planning: study → feasible candidates → continuous design → plan with its certificate.
+"""Planning: study → first plans → continuous design with its bound → plan with its certificate.
 
 In: a `Study`. Out: a `Plan`. Nothing is printed or written.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import NamedTuple, NoReturn
@@ -14,8 +15,9 @@ import numpy as np
 from elastocal.arrays import Array, IntArray, frozen
 from elastocal.constraints import Constraint, room_at
 from elastocal.constraints.watch import Watch, watch_of
-from elastocal.design.exact import Effort, exact_design
-from elastocal.design.refinement import Goal
+from elastocal.design.criterion import Criterion, InformationFunction
+from elastocal.design.exact import Effort, ExactDesign, exact_design, first_plans
+from elastocal.design.refinement import Goal, Plans
 from elastocal.design.twins import merged
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import Doubt, InfeasibleError
@@ -24,7 +26,8 @@ from elastocal.motion.schedule import Schedule, schedule
 from elastocal.motion.tour import best_order
 from elastocal.motion.via_points import UnreachableError, detours, refuse_home
 from elastocal.motion.within_reach import out_of_reach, reachable_limits
-from elastocal.planning.assessment import Assessment, assess, broken, hardly_known
+from elastocal.planning.assessment import Assessment, assess, broken, hardly_known, search_stopped
+from elastocal.planning.bracket import bracket
 from elastocal.planning.certificate import (
     Bound,
     Certificate,
@@ -32,17 +35,20 @@ from elastocal.planning.certificate import (
     certificate,
     confirmed,
     lower_bound,
+    with_floor,
 )
 from elastocal.planning.lost import AGAIN, away_from, others_lost, turned_into
 from elastocal.planning.one_side import azimuth_range
 from elastocal.planning.plain_values import Plain, simplify
 from elastocal.planning.visibility import Visibility, visibility
 from elastocal.robot.posture import Posture
+from elastocal.stopping import Stop
+from elastocal.study.criteria import criterion_of
+from elastocal.study.experiment_space import LoadCaseSpace
 from elastocal.study.identifiability import check_count, check_identifiable
 from elastocal.study.left_rigid import left_rigid
 from elastocal.study.study import Study
 from elastocal.wording import worded
-from elastocal.wording.numbers import short
 
 
 @dataclass(frozen=True)
@@ -62,6 +68,8 @@ class Plan:
             if there is none. The loads come from one side of it if its limits allow.
         searches: Independent searches that were made for it; one where the first met the bound.
         apart: Share of φ by which the worst of them ended below the best.
+        stopped_after: Generations of plans after which the search was stopped; None if it was
+            finished.
         via: S + 1 arrays (K, n): configurations to pass on the way to each load case and at last
             home, where the straight motion is blocked [rad or m]; empty if none is.
     """
@@ -78,6 +86,7 @@ class Plan:
     via: tuple[Array, ...] = ()
     searches: int = 1
     apart: float = 0.0
+    stopped_after: int | None = None
 
     @property
     def count(self) -> int:
@@ -86,12 +95,14 @@ class Plan:
 
     @cached_property
     def doubts(self) -> tuple[Doubt, ...]:
-        """What is weak: joints taken as rigid that the task bends, which ρ0 leaves out; compliances
-        that the experiments hardly tell; what is hardly watched; what is out of reach."""
+        """What is weak: a search that was stopped; joints taken as rigid that the task bends, which
+        ρ0 leaves out; compliances that the experiments hardly tell; what is hardly watched; what is
+        out of reach."""
         rigid = [d for d in left_rigid(self.study) if d.code == "rigid-at-test-pose"]
         hardly = hardly_known(self.study.springs, self.assessment.standard_error)
         watched = [d for d in self.watch.doubts if d.code in ("hardly-watched", "odd-size")]
-        return (*rigid, *hardly, *watched, *out_of_reach(self.study.motion_space))
+        stopped = search_stopped(self.stopped_after)
+        return (*stopped, *rigid, *hardly, *watched, *out_of_reach(self.study.motion_space))
 
     @cached_property
     def broken(self) -> tuple[Doubt, ...]:
@@ -128,30 +139,48 @@ def plan(
     effort: Effort | None = None,
     bound: Bound | None = None,
     progress: Progress | None = None,
+    stop: Stop | None = None,
 ) -> Plan:
     """Best plan found for a study, with its certificate.
+
+    A first plan comes at once, then the bound, then better plans. Stopped on the way, it is the
+    best plan so far, finished as any other; without a certificate if the bound was not tried yet.
 
     Args:
         study: What to plan.
         seed: Same seed, same plan.
         effort: How long to search.
         bound: Bound computed before for the same study and count, to be used again.
-        progress: Told what is going on.
+        progress: Told what is going on, and how good the best plan so far is.
+        stop: Asked often, from when there is a feasible plan, whether to end with the best so far.
+            The plan is then not a matter of the seed alone.
 
     Raises:
         InfeasibleError: no load case satisfies the constraints, or no motion leads there.
         IdentifiabilityError: some compliances cannot be told apart.
     """
     rng = np.random.default_rng(seed)
-    space, m = study.space, study.experiments.count
+    m = study.experiments.count
     distinct = min(m, study.experiments.max_configurations or m)
     refuse_home(study.motion_space)
-    check_identifiable(space, study.prior, rng)
-    check_count(space, study.prior, m, distinct, rng)
+    check_identifiable(study.space, study.prior, rng)
+    check_count(study.space, study.prior, m, distinct, rng)
     tell = progress or (lambda what, share: None)
-    bound = bound or lower_bound(study, rng, progress=tell)
-    found = _searched(study, bound, rng, seed, effort, tell)
-    bound = confirmed(study, bound, found.x, rng)
+    # Joint ranges that are out of reach are left out from the start.
+    space = replace(study.space, limits=reachable_limits(study.motion_space))
+    distinct = min(distinct, _enough(len(study.fitted)))
+    first = None if bound else _first(study, space, distinct, seed, tell)
+    bound = bound or lower_bound(
+        study,
+        rng,
+        progress=partial(_told_beside, tell, study, first),
+        stop=None if first is None else stop,
+    )
+    if first is not None and bound.stopped:
+        bound = replace(bound, target=first.criterion)
+    search = partial(exact_design, count=m, distinct=distinct, rng=rng, effort=effort, stop=stop)
+    found = _searched(study, space, bound, first, search, seed, tell)
+    bound = confirmed(study, bound, found.x, rng, stop=stop)
     cases, repeats = found.cases, found.repeats
     tell("exact plan", 1.0)
     worth = assess(study, cases, repeats)
@@ -170,8 +199,9 @@ def plan(
         free_joints=found.plain.free,
         turns_with_load=found.plain.turns_with_load,
         via=found.via,
-        searches=found.searches,
-        apart=found.apart,
+        searches=found.search.searches,
+        apart=found.search.apart,
+        stopped_after=found.generations if found.search.stopped else None,
     )
 
 
@@ -183,46 +213,69 @@ class _Outcome(NamedTuple):
     repeats: IntArray
     plain: Plain
     via: tuple[Array, ...]
-    searches: int
-    apart: float
+    search: ExactDesign  # before it was simplified
+    generations: int  # of all searches
+
+
+class _First(NamedTuple):
+    """Plans to have at once."""
+
+    criterion: Criterion  # with a floor: nobody knows yet whether it needs one
+    plans: Plans  # the best first
+
+
+def _first(
+    study: Study, space: LoadCaseSpace, distinct: int, seed: int, tell: Progress
+) -> _First | None:
+    """Plans to have at once, by random numbers of their own; None if there are none so soon."""
+    tell("first plans", 0.0)
+    rng, criterion = np.random.default_rng([seed, 2]), criterion_of(study)
+    try:
+        x = space.sample(_FIRST, rng)
+        if isinstance(criterion, InformationFunction):
+            criterion = with_floor(study, criterion, x)
+        goal = Goal(space, criterion, study.prior)
+        plans = first_plans(goal, study.experiments.count, distinct, x, rng)
+    except InfeasibleError:  # who searches for longer says what is in the way
+        return None
+    return None if plans is None else _First(criterion, plans)
+
+
+_FIRST = 300  # random load cases that the first plans are made of
 
 
 def _searched(
     study: Study,
+    space: LoadCaseSpace,
     bound: Bound,
-    rng: np.random.Generator,
+    first: _First | None,
+    search: Callable[..., ExactDesign],
     seed: int,
-    effort: Effort | None,
     tell: Progress,
 ) -> _Outcome:
     """The best plan found whose configurations can all be reached from home.
 
-    Joint ranges that are out of reach are left out from the start. Other configurations to which no
-    way leads are ruled out with what is near them, every time in a wider circle.
+    Configurations to which no way leads are ruled out with what is near them, every time in a wider
+    circle.
     """
-    motions, m = study.motion_space, study.experiments.count
-    distinct = min(study.experiments.max_configurations or m, m, _enough(len(study.fitted)))
-    limits = reachable_limits(motions)
-    space = replace(study.space, limits=limits)
-    continuous = turned_into(limits, bound.design, study.robot) if bound.design else None
+    motions = study.motion_space
+    continuous = turned_into(space.limits, bound.design, study.robot) if bound.design else None
+    generations = 0 if first is None else 1
     avoid: tuple[Constraint, ...] = ()
     blocked: UnreachableError | None = None
     for again in range(AGAIN + 1):
         reachable = replace(space, constraints=(*space.constraints, *avoid))
         goal = Goal(reachable, bound.target, study.prior)
         try:
-            design = exact_design(
+            found = search(
                 goal,
-                m,
-                distinct,
-                rng,
                 continuous=continuous,
-                effort=effort,
-                progress=partial(_told, tell, bound, m, again),
+                known=None if first is None else first.plans,
+                progress=partial(_told, tell, study, bound, again),
             )
         except InfeasibleError as error:
             _refuse(blocked or error, () if blocked else out_of_reach(motions))
-        searches, apart = design.searches, design.apart
+        design, generations = found, generations + found.generations
         plain = simplify(space, space.load_cases(design.x))
         single = merged(goal, design, _roomiest(study, plain.cases))
         if single is not design:
@@ -240,7 +293,8 @@ def _searched(
                 lost = (error.q, *others_lost(motions, cases.q, error.q, seed))
                 avoid += tuple(away_from(q, study.robot, same, again) for q in lost)
             continue
-        return _Outcome(design.x, cases, design.counts[order], plain, via, searches, apart)
+        repeats = design.counts[order]
+        return _Outcome(design.x, cases, repeats, plain, via, found, generations)
     assert blocked is not None
     raise blocked
 
@@ -254,17 +308,22 @@ def _refuse(error: InfeasibleError, left_out: tuple[Doubt, ...]) -> NoReturn:
     )
 
 
-def _told(tell: Progress, bound: Bound, count: int, again: int, share: float, value: float) -> None:
-    what = f", search {again + 1} of at most {AGAIN + 1} for want of ways" if again else ""
-    tell(_so_far(bound, value / count) + what, 0.4 + 0.6 * share)
+def _told_beside(
+    tell: Progress, study: Study, first: _First | None, what: str, share: float
+) -> None:
+    """What goes on beside the best of the first plans."""
+    so_far = "" if first is None else bracket(study, float(first.plans.value[0]), None)
+    tell(f"{so_far}; {what}" if so_far else what, share)
 
 
-def _so_far(bound: Bound, value: float) -> str:
-    """What is going on, and how good the best plan of the search is that has φ of `value` each."""
-    if bound.design is None or bound.floored:
-        return "exact plan"
-    gain = 1.0 - np.sqrt(min(value / bound.design.certificate.upper, 1.0))
-    return f"exact plan, at most {short(100.0 * gain)} % to gain"
+def _told(
+    tell: Progress, study: Study, bound: Bound, again: int, share: float, value: float
+) -> None:
+    """How good the best plan of the search is, which has φ of `value`."""
+    what = bracket(study, value, bound) or "exact plan"
+    if again:
+        what += f", search {again + 1} of at most {AGAIN + 1} for want of ways"
+    tell(what, 0.4 + 0.6 * share)
 
 
 def _roomiest(study: Study, cases: LoadCases) -> IntArray:

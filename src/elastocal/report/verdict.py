@@ -17,7 +17,7 @@ from elastocal.study.study import Study
 from elastocal.wording import ended, worded
 from elastocal.wording.lists import counted
 from elastocal.wording.numbers import given, length, length_and_unit, number, percent, small
-from elastocal.wording.plans import floor_sentence, missed, only_of, searched
+from elastocal.wording.plans import NOT_TRIED, floor_sentence, missed, only_of, searched
 
 
 @dataclass(frozen=True)
@@ -96,6 +96,8 @@ def verdict(plan: Plan, random: Array | None) -> Verdict:
 
 def proof(certificate: Certificate) -> list[str]:
     """What kind of certificate it is, in honest words."""
+    if certificate.stopped:
+        return [f"The plan has no certificate: {NOT_TRIED}. A better plan is possible."]
     if certificate.kind == "none":
         return [
             f"Criterion {certificate.criterion} has no certificate: it is not concave, so no bound "

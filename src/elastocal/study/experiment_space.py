@@ -25,6 +25,7 @@ from elastocal.elastic.regressor import Regressor
 from elastocal.errors import Doubt, InfeasibleError
 from elastocal.measuring.instrument import Instrument
 from elastocal.robot.posture import Posture
+from elastocal.stopping import stop_if_asked
 from elastocal.study.compiled import CompiledSpace, compiled
 from elastocal.wording import worded
 
@@ -134,6 +135,7 @@ class LoadCaseSpace:
         found: list[Array] = []
         total = tried = 0
         while total < count and not (tried >= _ENOUGH_TRIED and total < _THIN * tried):
+            stop_if_asked()
             share = (total + 1) / (tried + 1) if tried else 0.25  # of them feasible
             drawn = int(np.clip((count - total) / share, 256, 20000))
             x = self._draw(drawn, rng)

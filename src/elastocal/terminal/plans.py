@@ -29,6 +29,7 @@ from elastocal.wording import ended, worded
 from elastocal.wording.lists import counted
 from elastocal.wording.numbers import described, number, readable, shown_unit
 from elastocal.wording.plans import (
+    NOT_TRIED,
     floor_sentence,
     freedom,
     missed,
@@ -172,6 +173,8 @@ def _errors_of_plans(study: Study, results: Mapping[str, Evaluation]) -> Table:
 def certificate_sentence(certificate: Certificate, count: int) -> str:
     """What the certificate says, in words."""
     c = certificate
+    if c.stopped:
+        return f"No certificate: {NOT_TRIED}."
     if c.kind == "none":
         return (
             f"No certificate: {c.criterion} is not concave, so no bound on the best plan is known."

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from elastocal.errors import Code, Doubt
-from elastocal.wording.lists import experiments, listed
+from elastocal.wording.lists import counted, experiments, listed
 from elastocal.wording.numbers import described, short
 
 
@@ -57,7 +57,7 @@ def told(doubt: Doubt, sentence: str) -> str:
     return f"{'Weak' if doubt.code in _WEAK else 'Note'}: {sentence}"
 
 
-_WEAK: frozenset[Code] = frozenset({"rigid-at-test-pose", "hardly-known"})
+_WEAK: frozenset[Code] = frozenset({"search-stopped", "rigid-at-test-pose", "hardly-known"})
 
 
 def _hardly_known(doubt: Doubt) -> str:
@@ -110,6 +110,10 @@ def missed(share: float) -> str:
         f"So, with 95 % confidence, no better maximum is reached from more than {100 * share:.2g} "
         "% of random starts; of maxima that are harder to find nothing is known."
     )
+
+
+NOT_TRIED = "the search was stopped before its bound had been tried from fresh starts"
+"""Why a plan that was stopped has no certificate."""
 
 
 def searches_sentence(searches: int, apart: float) -> str:
@@ -176,6 +180,11 @@ _RARE = 6  # starts that find a load case from which on it is not rare
 _ONE_SIDE = 1e-6  # spread of loads from one side: rounding [rad]
 
 SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
+    "search-stopped": lambda doubt: (
+        "the search was stopped before its end, after "
+        f"{counted(round(doubt.numbers['generations']), 'generation')} of plans: a longer one may "
+        "find a better plan, and the same seed need not lead to this one again"
+    ),
     "hardly-known": _hardly_known,
     "constraint-broken": lambda doubt: (
         f"{_at(doubt)} breaks {doubt.about[0]} by {described(doubt.numbers['by'], doubt.unit)}"

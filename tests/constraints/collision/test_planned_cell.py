@@ -47,7 +47,7 @@ motion: {home_deg: [0, -120, 120, 0, 0, 0]}
 def made(tmp_path_factory) -> tuple[Path, Plan]:
     folder = tmp_path_factory.mktemp("cell")
     (folder / "study.yaml").write_text(CELL, encoding="utf-8")
-    found = plan(read_study(folder / "study.yaml"), effort=Effort(24, 2, 1, 1))
+    found = plan(read_study(folder / "study.yaml"), seed=2, effort=Effort(24, 2, 1, 1))
     write_plan(found, folder / "plan.json")
     write_run_sheet(found, folder / "plan.csv")
     return folder, found

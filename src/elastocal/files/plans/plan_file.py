@@ -41,6 +41,7 @@ from elastocal.robot.joint_kinds import KINDS
 from elastocal.study.criteria import CRITERIA
 from elastocal.study.study import Study
 from elastocal.wording import worded
+from elastocal.wording.plans import NOT_TRIED
 from elastocal.writing import signature, table_row, write_text
 
 
@@ -129,6 +130,7 @@ def judged(
         free_joints=proposal.free_joints,
         turns_with_load=proposal.turns_with_load,
         via=proposal.via,
+        stopped_after=proposal.claims.get("stopped_after"),
     )
 
 
@@ -163,7 +165,7 @@ def plan_document(plan: Plan) -> dict[str, Any]:
         "criterion": plan.criterion,
         "seed": plan.seed,
         "experiments": plan.count,
-        "searches": {"count": plan.searches, "apart": plan.apart},
+        "searches": _searches(plan),
         "free_joints": list(plan.free_joints),
         **({"turns_with_load": plan.turns_with_load} if plan.turns_with_load else {}),
         "load_cases": cases,
@@ -190,6 +192,15 @@ def plan_document(plan: Plan) -> dict[str, Any]:
         "criteria": _criteria(worth.criteria),
         "certificate": _certificate(robot, plan.certificate),
     }
+
+
+_NOT_CONCAVE = "this criterion is not concave: no bound is known"
+
+
+def _searches(plan: Plan) -> dict[str, Any]:
+    """How the plan was searched for."""
+    said: dict[str, Any] = {"count": plan.searches, "apart": plan.apart}
+    return said if plan.stopped_after is None else said | {"stopped_after": plan.stopped_after}
 
 
 def _origin(study: Study) -> dict[str, Any]:
@@ -227,7 +238,7 @@ def _certificate(robot: Robot, certificate: Certificate) -> dict[str, Any]:
         return {
             "kind": "none",
             "criterion": certificate.criterion,
-            "why": "this criterion is not concave: no bound is known",
+            "why": NOT_TRIED if certificate.stopped else _NOT_CONCAVE,
         }
     assert certificate.peak is not None
     assert certificate.support is not None

@@ -107,6 +107,7 @@ class SearchesFile(OpenSection):
     """Independent searches for the plan, and how far they are apart."""
 
     count: Natural | None = None
+    stopped_after: Natural | None = None
     apart: AtLeastZero | None = None
 
 

@@ -172,6 +172,7 @@ def proposal_in(document: dict[str, Any], path: Path, robot: Robot) -> Proposal:
     claims["unchecked"] = _unchecked(document, certificate)
     claims["criteria"] = _claimed_criteria(_section(document, "criteria"), path)
     origin = _section(document, "study")
+    claims["stopped_after"] = _section(document, "searches").get("stopped_after")
     via = read_via(document.get("via", []), robot, len(cases), str(path))
     digest = document.get("load_cases_sha256")
     return Proposal(
