@@ -108,7 +108,7 @@ class Breeder:
 
         Of fewer with many unknowns, where looking at them costs as much as it saves.
         """
-        tries = min(50, max(4, 3200 // self.goal.space.parameters**2))
+        tries = min(50, max(4, 16_200 // self.goal.space.parameters**2))
         size = (batch, tries, self.distinct)
         index = self.rng.integers(0, self.random, size)
         counts = self._random_counts(batch * tries).reshape(size)
