@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from elastocal.design.rounding import apportion
@@ -82,6 +82,7 @@ def test_no_other_rounding_promises_more(count: int) -> None:
 
 @reproducible
 @given(weights)
+@example(np.array([0.4, 0.4, 0.2]))
 def test_one_more_experiment_never_takes_one_away(shares: np.ndarray) -> None:
     """No Alabama paradox: divisor methods are monotone in the sample size."""
     before = apportion(shares, len(shares))

@@ -6,6 +6,9 @@ import numpy as np
 
 from elastocal.arrays import Array, IntArray
 
+# Of equals the first gets one more and the last gives one up: with more experiments nothing falls.
+_EQUAL = 1e-12
+
 
 def apportion(weights: Array, count: int) -> IntArray:
     """Integer repeats of sum `count` for weights (S,), by efficient apportionment.
@@ -23,10 +26,11 @@ def apportion(weights: Array, count: int) -> IntArray:
     share = weights[support]
     repeats = np.maximum(np.ceil((count - 0.5 * len(support)) * share), 1).astype(np.int64)
     while repeats.sum() < count:
-        repeats[np.argmin(repeats / share)] += 1
+        ratio = repeats / share
+        repeats[np.flatnonzero(ratio <= ratio.min() * (1.0 + _EQUAL))[0]] += 1
     while repeats.sum() > count:
         reducible = np.where(repeats > 1, (repeats - 1) / share, -1.0)
-        repeats[np.argmax(reducible)] -= 1
+        repeats[np.flatnonzero(reducible >= reducible.max() * (1.0 - _EQUAL))[-1]] -= 1
     result = np.zeros(len(weights), dtype=np.int64)
     result[support] = repeats
     return result
