@@ -149,3 +149,8 @@ def test_the_schema_says_the_same() -> None:
         "default": 20.0,
     }
     assert schema["properties"]["anything"] == {"default": None}
+
+
+def test_what_is_none_of_the_words_is_shown_as_it_stands() -> None:
+    (wrong,) = problems(Whole, {"name": "a", "sign": [1]})
+    assert wrong[2] == "expected 1 or -1, found [1]"

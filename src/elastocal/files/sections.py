@@ -284,7 +284,8 @@ def _literal(words: tuple[Any, ...]) -> Check:
     def check(value: Any, place: Place, problems: list[Mistake]) -> Any:
         if any(type(value) is type(word) and value == word for word in words):
             return value
-        return _wrong(expected, value, place, problems)
+        problems.append(Mistake(place, f"expected {expected}, found {as_written(value)}"))
+        return None
 
     return check
 
