@@ -6,6 +6,8 @@ import re
 
 import yaml
 
+from tests.programs.writers.parsers import QUICK_YAML
+
 Files = dict[str, str]
 
 
@@ -251,7 +253,7 @@ def lint_urscript(files: Files) -> list[str]:
 def lint_ros(files: Files) -> list[str]:
     found = _text(files, 400)
     (text,) = files.values()
-    documents = [d for d in yaml.safe_load_all(text) if d is not None]
+    documents = [d for d in yaml.load_all(text, QUICK_YAML) if d is not None]
     names = {tuple(d["joint_names"]) for d in documents}
     if len(names) != 1:
         found.append("joint names change")
