@@ -187,8 +187,8 @@ def test_a_robot_does_not_change_with_the_arrays_it_was_made_from() -> None:
         (np.eye(4), [0, 0, 0], (-1, 1), "joint 'J1': its axis must be a non-zero vector"),
         (np.eye(4), [0, np.nan, 1], (-1, 1), "joint 'J1': its axis must be a non-zero vector"),
         (np.eye(4), [0, 1], (-1, 1), "joint 'J1': its axis must be a non-zero vector"),
-        (np.eye(4), [0, 0, 1], (1, -2), "'J1': the lower limit 1 must be below the upper limit -2"),
-        (np.eye(4), [0, 0, 1], (1, 1), "'J1': the lower limit 1 must be below the upper limit 1"),
+        (np.eye(4), [0, 0, 1], (1, -2), "limit 57.2958 must be below the upper limit -114.592 °"),
+        (np.eye(4), [0, 0, 1], (1, 1), "limit 57.2958 must be below the upper limit 57.2958 °"),
         (np.eye(4), [0, 0, 1], (np.nan, 1), "'J1': the lower limit nan must be below"),
     ],
 )

@@ -57,9 +57,10 @@ class Joint:
         if not (np.isfinite(length) and length > 0.0):
             raise InputError(f"joint {self.name!r}: its axis must be a non-zero vector [x, y, z]")
         if not self.lower < self.upper:
+            lower, upper = (f"{self.kind.scale * x:g}" for x in (self.lower, self.upper))
             raise InputError(
-                f"joint {self.name!r}: the lower limit {self.lower:g} must be below the upper "
-                f"limit {self.upper:g}"
+                f"joint {self.name!r}: the lower limit {lower} must be below the upper limit "
+                f"{upper} {self.kind.shown_unit}"
             )
         freeze(self, T_parent_joint=transform, axis=axis / length)
 

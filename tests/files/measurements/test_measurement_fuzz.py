@@ -239,7 +239,6 @@ class TestFast:
         ids=["good", "decimal commas", "blank lines", "states"],
     )
     def test_plain_tables_are_read_by_it(self, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
-        pytest.importorskip("pyarrow")
         monkeypatch.setattr(fast, "LEAST", 0)
         table = layout(FileText(Path("m.csv"), text, "", MeasurementFileError), Style())
         columns = columns_by_name(table.header, STUDY.robot, "")
