@@ -142,7 +142,8 @@ def test_no_ordinary_file_in_a_study(what: str, thing: str, folder: Path) -> Non
         said = {
             "device": "is outside the folder of the study", "circle": "is not the name of a file"
         }.get(thing, said)  # fmt: skip
-    assert said in sentence or "No such file" in sentence
+    # What a circle of links is depends on the Python: to resolve it, or to open it, fails.
+    assert any(words in sentence for words in (said, "No such file", "Too many levels"))
 
 
 @pytest.mark.parametrize("name", ["a\\0.json", "x" * 300, "x" * 4097, "a/" * 2100])
