@@ -8,7 +8,7 @@ once; so is a criterion.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -92,6 +92,14 @@ class CompiledSpace:
         self._do("pull", len(x), address(x), *addresses, address(found))
         return found
 
+    def foreign_at(self, x: Array) -> list[tuple[Array, Pull]]:
+        """Margins (N,) and pulls at design points (N, d) of the constraints only Python knows."""
+        if not self.foreign:
+            return []
+        robot = self.space.arm.robot
+        posture = Posture(robot, x[:, : len(robot.joints)])
+        return [constraint.at(posture) for constraint in self.foreign]
+
     def restored(self, x: Array, iterations: int) -> Array | None:
         """(N, d) feasible points near x; None if there are constraints that only Python knows."""
         if self.foreign:
@@ -148,11 +156,7 @@ class CompiledEvaluation:
 
     @cached_property
     def _foreign(self) -> list[tuple[Array, Pull]]:
-        robot = self._place.space.arm.robot
-        if not self._place.foreign or not len(self._x):
-            return []
-        posture = Posture(robot, self._x[:, : len(robot.joints)])
-        return [constraint.at(posture) for constraint in self._place.foreign]
+        return self._place.foreign_at(self._x) if len(self._x) else []
 
     def pull(self, block_cotangent: Array, margin_cotangent: Array) -> Array:
         """(N, d) gradient of a scalar with these gradients in `blocks` and `margins`."""
@@ -270,7 +274,7 @@ class _Answers:
     def __init__(self, place: CompiledSpace, criterion: Criterion | None) -> None:
         self.place, self.criterion = place, criterion
         self.error: BaseException | None = None
-        self._pulls: list[Callable[[Array], Array]] = []
+        self._pulls: list[Pull] = []
 
     def __call__(self, what: int, count: int, given: Any, wanted: Any) -> int:
         try:
@@ -284,8 +288,7 @@ class _Answers:
         place = self.place
         foreign, d = len(place.foreign), place.variables
         if what == Asked.MARGINS:
-            q = _seen(given, (count, d))[:, : len(place.space.arm.robot.joints)]
-            found = [c.at(Posture(place.space.arm.robot, q.copy())) for c in place.foreign]
+            found = place.foreign_at(_seen(given, (count, d)).copy())
             _seen(wanted, (count, foreign))[:] = np.transpose([margin for margin, _ in found])
             self._pulls = [pull for _, pull in found]
         elif what == Asked.PULL:
@@ -299,7 +302,7 @@ class _Answers:
             answer[:count], answer[count:] = value, slope.ravel()
 
 
-def foreign_pull(pulls: Sequence[Callable[[Array], Array]], weights: Array, d: int) -> Array:
+def foreign_pull(pulls: Sequence[Pull], weights: Array, d: int) -> Array:
     """(N, d) gradient of margins that only Python knows, times weights (N, F)."""
     gradient = np.zeros((len(weights), d))
     for pull, weight in zip(pulls, weights.T, strict=True):
