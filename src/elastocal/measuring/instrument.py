@@ -236,9 +236,14 @@ class PoseProbe(Instrument):
         return np.concatenate([white, rows[-3:] / self.sigma_rotation]), pull
 
 
+def positions_of(instrument: Instrument) -> Instrument:
+    """What measures the positions: of a pose probe its part, else the instrument itself."""
+    return instrument.points if isinstance(instrument, PoseProbe) else instrument
+
+
 def tracker_of(instrument: Instrument) -> LaserTracker | None:
     """The laser tracker that measures the positions, None if there is none."""
-    points = instrument.points if isinstance(instrument, PoseProbe) else instrument
+    points = positions_of(instrument)
     return points if isinstance(points, LaserTracker) else None
 
 

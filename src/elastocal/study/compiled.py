@@ -23,19 +23,15 @@ from elastocal.core.library import Library, levels
 from elastocal.cores import side_by_side
 from elastocal.design.criterion import Criterion
 from elastocal.design.lockstep import Batch
-from elastocal.measuring.instrument import Isotropic, LaserTracker, PoseProbe
+from elastocal.measuring.instrument import Isotropic, LaserTracker, positions_of
 from elastocal.robot.posture import Posture
 from elastocal.study.plain_space import Described, PlainSpaceOf
 
 
 def compiled(library: Library, space: Described) -> CompiledSpace | None:
     """The space for the core; None if the core does not know its instrument."""
-    points = (
-        space.instrument.points if isinstance(space.instrument, PoseProbe) else space.instrument
-    )
-    if type(points) not in (Isotropic, LaserTracker):
-        return None
-    return CompiledSpace(library, space)
+    known = type(positions_of(space.instrument)) in (Isotropic, LaserTracker)
+    return CompiledSpace(library, space) if known else None
 
 
 class CompiledSpace:

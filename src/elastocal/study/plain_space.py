@@ -37,7 +37,7 @@ from elastocal.core import layout
 from elastocal.core.layout import LoadKind, MarginKind, Memory, PairKind
 from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, Load
 from elastocal.elastic.arm import ElasticArm
-from elastocal.measuring.instrument import Instrument, LaserTracker, PoseProbe
+from elastocal.measuring.instrument import Instrument, LaserTracker, positions_of
 
 
 class Described(Protocol):
@@ -262,10 +262,7 @@ def _load(load: Load) -> layout.PlainLoad:
 
 
 def _noise(space: Described) -> layout.PlainNoise:
-    instrument = space.instrument
-    rotation = instrument.sigma_rotation or 0.0
-    if isinstance(instrument, PoseProbe):
-        instrument = instrument.points
+    instrument, rotation = positions_of(space.instrument), space.instrument.sigma_rotation or 0.0
     if isinstance(instrument, LaserTracker):
         return layout.PlainNoise(
             kind=1,
