@@ -77,7 +77,7 @@ class LineOfSight(ViewConstraint):
         self._bodies = np.array([solid.body for solid in self.solids], dtype=np.int64)
         self._boxed = np.array([solid.boxed for solid in self.solids], dtype=bool)
         self._radii = np.array([solid.radius for solid in self.solids])
-        self._reach = np.array([_reach(solid) for solid in self.solids])
+        self._reach = np.array([solid.ball for solid in self.solids])
 
     def _touches(self, solid: Solid, robot: Robot, at_rest: Posture) -> bool:
         """Whether a solid holds the marker or the head of the tracker."""
@@ -206,10 +206,3 @@ def _alone(solid: Solid, posture: Posture, point: Array) -> float:
         return float(segment_and_box(point, point, pose[:3, :3], pose[:3, 3], solid.half)[0][0])
     one, two = (posture.point(local, solid.body) for local in solid.segment)
     return float(between_segments(point, point, one, two).distance[0]) - solid.radius
-
-
-def _reach(solid: Solid) -> float:
-    """Radius of the ball around a solid [m]."""
-    if solid.boxed:
-        return float(np.linalg.norm(solid.half))
-    return 0.5 * float(np.linalg.norm(solid.segment[1] - solid.segment[0])) + solid.radius

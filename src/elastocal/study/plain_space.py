@@ -200,10 +200,8 @@ class PlainSpaceOf:
         """The number that the first of them has now; faces and corners if they are `faced`."""
         start = len(self._solids)
         for solid in solids:
-            segment = solid.segment if len(solid.segment) else np.zeros((2, 3))
-            length = float(np.linalg.norm(segment[1] - segment[0]))
-            ball = float(np.linalg.norm(solid.half)) if solid.boxed else 0.5 * length + solid.radius
-            plain = layout.PlainSolid(solid.body, tuple(np.ravel(segment)), solid.radius, ball)
+            ends = tuple(np.ravel(solid.segment))
+            plain = layout.PlainSolid(solid.body, ends, solid.radius, solid.ball)
             if faced and solid.kind != "plane":
                 shell = solid.shell
                 plain.faces, plain.rounded = len(shell.faces), shell.radius

@@ -74,9 +74,8 @@ class Pairs:
 
     @cached_property
     def ball(self) -> Array:
-        """(S,) radii of balls around the capsules [m]."""
-        lengths = [np.linalg.norm(solid.segment[1] - solid.segment[0]) for solid in self.solids]
-        return frozen(self.radius + 0.5 * np.array(lengths).reshape(self.radius.shape))
+        """(S,) radii of balls around the solids [m]."""
+        return frozen([solid.ball for solid in self.solids])
 
     @cached_property
     def exact(self) -> BoolArray:

@@ -76,6 +76,13 @@ class Solid:
         return Shell(self.body, np.zeros((0, 4)), self.segment, self.radius)
 
     @property
+    def ball(self) -> float:
+        """Radius of the ball around its segment or box [m]."""
+        if self.boxed:
+            return float(np.linalg.norm(self.half))
+        return 0.5 * float(np.linalg.norm(self.segment[1] - self.segment[0])) + self.radius
+
+    @property
     def reach(self) -> float:
         """Largest distance of a point of the solid from the origin of its body [m]."""
         return float(np.linalg.norm(self.segment, axis=1).max()) + self.radius
