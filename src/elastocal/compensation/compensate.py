@@ -30,7 +30,7 @@ from elastocal.compensation.loaded_inverse_kinematics import (
 )
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.compliance_model import ComplianceModel
-from elastocal.elastic.equilibrium import equilibrium, linearise
+from elastocal.elastic.equilibrium import efforts, equilibrium
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import deflection, regressor
 from elastocal.elastic.springs import subset
@@ -132,7 +132,7 @@ def compensate(arm: ElasticArm, model: ComplianceModel, cases: LoadCases) -> Com
     found = bent_arm(frame, model.compliance[~own], LoadCases(bent, cases.wrench), target)
     displacement = np.zeros((len(cases), len(arm.springs)))
     displacement[:, ~own] = found.displacement
-    effort = _efforts(arm, found.bent, cases.wrench, displacement)
+    effort = efforts(arm, found.bent, cases.wrench, displacement)
     q = found.bent.copy()
     q[:, arm.springs.joint[own]] -= (model.compliance * effort)[:, own]
     return _judged(arm, model, cases, "nonlinear", q, target, found)
@@ -261,10 +261,3 @@ def _idle(arm: ElasticArm, model: ComplianceModel, q: Array) -> Array:
     if not arm.sags:
         return np.zeros((len(q), len(arm.springs)))
     return stable(equilibrium(arm, model.compliance, LoadCases(q, np.zeros((len(q), 6)))))
-
-
-def _efforts(arm: ElasticArm, q: Array, wrench: Array, displacement: Array) -> Array:
-    """(N, p) generalised forces on the springs of the bent arm [N·m or N]."""
-    # At zero compliance the derivative of the equilibrium in the compliances is diag(effort).
-    slope = linearise(arm, np.zeros(len(arm.springs)), q, wrench, displacement).slope
-    return np.diagonal(slope, axis1=1, axis2=2)

@@ -111,6 +111,15 @@ def unbent(arm: ElasticArm, q: Array, wrench: Array) -> tuple[Array, Array]:
     return markers, effort
 
 
+def efforts(arm: ElasticArm, q: Array, wrench: Array, displacement: Array) -> Array:
+    """(N, p) generalised forces of load and weight on the springs of the bent arm [N·m or N]."""
+    found = np.empty(displacement.shape)
+    for s in (slice(i, i + _CHUNK) for i in range(0, len(q), _CHUNK)):
+        posture = Posture(arm.chain, arm.bent(q[s], displacement[s]))
+        found[s] = _effort(arm, posture, wrench[s]).T
+    return found
+
+
 def equilibrium(arm: ElasticArm, compliance: Array, cases: LoadCases) -> Equilibrium:
     """Where the arm comes to rest under every load case.
 
