@@ -113,9 +113,8 @@ EXPORT int64_t NAMED(advance)(const Space *s, const Goal *goal, Batch *batch, in
     const int64_t points = goal->points, p = s->unknowns;
     Run run = {s, goal, batch, points * s->variables, points * margins_of(s), 0, 0};
     const int asking = goal->foreign || goal->asks_worth;
-    run.width = goal->level > 0.0    ? goal->rank
-                : goal->asks_worth ? p
-                                   : columns_of(&goal->criterion);
+    run.width = goal->asks_worth ? p : columns_of(&goal->criterion);
+    if (!planning(&run)) run.width = goal->rank;
     const int64_t total = (batch->count + LANES - 1) / LANES, together = asking ? total : 1;
     const int64_t wide =
         largest_of(largest_of(points * s->variables, p * p + 1), points * goal->foreign);

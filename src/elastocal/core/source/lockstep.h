@@ -26,7 +26,7 @@ typedef struct {
     int64_t (*ask)(int64_t what, int64_t count, double *in, double *out);
 } Goal;
 
-/* The problems, one row each; design/lockstep.py: _Batch. */
+/* The problems, one row each; design/lockstep.py: Batch. */
 typedef struct {
     int64_t count;        /* B */
     const double *lower;  /* (D) */
@@ -54,6 +54,7 @@ typedef struct {
     /* The point that is tried. */
     lanes *tried, *moved, *tried_margins, *tried_gradient, *weights, *total, *v;
     vector *images; /* (targets, R) rows V of the one point of a climb */
+    lanes worth; /* φ of a plan */
     lanes tried_value, tried_merit, slope;
     Place *places; /* (s) */
 } Group;
@@ -69,6 +70,9 @@ typedef struct {
     lanes *memory;                /* for one group at a time */
 } Run;
 
+/* Whether the problems are plans, not climbs. */
+INLINE int planning(const Run *r) { return r->goal->level <= 0.0; }
+
 static int64_t group_size(const Run *r) {
     const int64_t s = r->goal->points, p = r->space->unknowns, size = r->size;
     return 6 * size + 6 * r->margins + size * (size + 1) / 2 + s + p * p + p * r->width +
@@ -80,7 +84,7 @@ static int64_t largest_of(int64_t a, int64_t b) { return a > b ? a : b; }
 static int64_t memory_size(const Run *r) {
     const int64_t rows = targets(r->space) * r->space->unknowns;
     const int64_t pulling = pull_size(r->space) + 6 * (r->space->moving + 2) + 3 * rows;
-    const int64_t worthy = r->goal->level > 0.0 ? 0 : worth_size(&r->goal->criterion);
+    const int64_t worthy = planning(r) ? worth_size(&r->goal->criterion) : 0;
     return largest_of(largest_of(pulling, worthy), 2 * r->size) + 3 * r->width +
            r->space->unknowns * r->space->unknowns;
 }
@@ -146,7 +150,7 @@ static void exchange(const Run *r, Group *g, int64_t first, int reading) {
         else if (first + i < b->count)
             b->fresh[row] = g->fresh[i] != 0.0;
     }
-    if (reading && r->goal->level <= 0.0)
+    if (reading && planning(r))
         gather(g->counts, b->counts, first, b->count, r->goal->points);
 }
 
@@ -154,7 +158,7 @@ static void exchange(const Run *r, Group *g, int64_t first, int reading) {
 static void place_points(const Run *r, Group *g, const lanes *x) {
     const Space *s = r->space;
     const int64_t p = s->unknowns, d = s->variables, c = margins_of(s), rows = targets(s);
-    const int plan = r->goal->level <= 0.0;
+    const int plan = planning(r);
     for (int64_t i = 0; plan && i < p; i++)
         for (int64_t j = 0; j <= i; j++) g->total[i * p + j] = every(r->goal->base[i * p + j]);
     for (int64_t k = 0; k < r->goal->points; k++) {
@@ -175,10 +179,11 @@ static void place_points(const Run *r, Group *g, const lanes *x) {
 
 /* Value of the points that were placed. */
 static void value_points(const Run *r, Group *g) {
-    if (r->goal->level <= 0.0) {
+    if (planning(r)) {
         if (!r->goal->asks_worth)
-            g->tried_value = worth(&r->goal->criterion, g->total, g->v, r->memory);
-        g->tried_value = pick(g->tried_value > TINY, g->tried_value, every(TINY));
+            g->worth = worth(&r->goal->criterion, g->total, g->v, r->memory);
+        g->worth = pick(g->worth > TINY, g->worth, every(TINY));
+        for (int i = 0; i < LANES; i++) g->tried_value[i] = -log(g->worth[i]);
         return;
     }
     const int64_t p = r->space->unknowns, width = r->width;
@@ -205,24 +210,21 @@ static void merit_points(const Run *r, Group *g) {
         sum += (shifted * shifted - g->multipliers[c] * g->multipliers[c]) / (2.0 * g->penalty[c]);
         g->weights[c] = -shifted;
     }
-    lanes value = g->tried_value;
-    if (r->goal->level <= 0.0)
-        for (int i = 0; i < LANES; i++) value[i] = -log(value[i]);
-    g->tried_merit = value + sum;
+    g->tried_merit = g->tried_value + sum;
 }
 
 /* Gradient of the merit there, but for what foreign margins add. */
 static void pull_points(const Run *r, Group *g) {
     const Space *s = r->space;
     const int64_t p = s->unknowns, d = s->variables, c = margins_of(s), width = r->width;
-    const int plan = r->goal->level <= 0.0;
+    const int plan = planning(r);
     lanes *image = r->memory, *square = image + 3 * width;
     vector *bars = (vector *)(square + p * p);
     wrench *on = (wrench *)(bars + targets(s) * p);
     lanes *rest = (lanes *)(on + s->moving + 2);
     lanes factor = every(-2.0 / (plan ? 1.0 : r->goal->level));
     if (plan)
-        factor = pick(g->tried_value > TINY, -2.0 / g->tried_value, every(0.0));
+        factor = pick(g->worth > TINY, -2.0 / g->worth, every(0.0));
     /* Few columns: by V and back; many: by V Vᵀ. */
     const int narrow = !plan || 2 * width <= p, asked = plan && r->goal->asks_worth;
     if (!narrow && !asked)
@@ -362,10 +364,7 @@ static void take(const Run *r, Group *g, mask good) {
     }
     for (int64_t c = 0; c < r->margins; c++)
         g->margins[c] = pick(good, g->tried_margins[c], g->margins[c]);
-    lanes value = g->tried_value;
-    if (r->goal->level <= 0.0)
-        for (int i = 0; i < LANES; i++) value[i] = -log(value[i]);
-    g->value = pick(good, value, g->value);
+    g->value = pick(good, g->tried_value, g->value);
     g->merit = pick(good, g->tried_merit, g->merit);
 }
 
@@ -450,7 +449,7 @@ static int64_t ask(const Run *r, int64_t what, Group *groups, int64_t count, dou
         Group *g = &groups[i / LANES];
         int lane = (int)(i % LANES);
         if (what == ASK_WORTH) {
-            g->tried_value[lane] = out[from];
+            g->worth[lane] = out[from];
             for (int64_t j = 0; j < p * p; j++) g->v[j][lane] = out[problems + from * p * p + j];
         }
         for (int64_t k = 0; what != ASK_WORTH && k < points; k++) {
