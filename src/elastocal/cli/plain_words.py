@@ -1,4 +1,4 @@
-"""PlainWord words of the command line as values, without what typer loads to convert them.
+"""Plain words of the command line as values, without what typer loads to convert them.
 
 From 0.28 on typer has pydantic convert every word, which takes longer to load than all else that
 is needed before a command runs. Words that are plainly of their type are taken here; all others,
