@@ -233,6 +233,13 @@ class TestFast:
                 results.append(str(error))
         return results[0], results[1]
 
+    def check(self, text: str) -> object:
+        """What both give, the same."""
+        with pytest.MonkeyPatch.context() as monkeypatch:
+            quick, careful = self.both(text, monkeypatch)
+        assert quick == careful
+        return quick
+
     @pytest.mark.parametrize(
         "text",
         [GOOD, GOOD.replace(",", ";").replace(".", ","), GOOD.replace("\n", "\n\n"), STATES],
@@ -251,9 +258,7 @@ class TestFast:
     @QUIET
     def test_spoilt_files_have_the_same_outcome(self, data: bytes) -> None:
         text = data.decode("latin-1").replace("\r\n", "\n").replace("\r", "\n")
-        with pytest.MonkeyPatch.context() as monkeypatch:
-            quick, careful = self.both(text, monkeypatch)
-        assert quick == careful
+        self.check(text)
 
     @given(
         values=st.lists(
@@ -264,10 +269,7 @@ class TestFast:
     def test_every_number_to_the_last_bit(self, values: list[float]) -> None:
         row = ROWS.splitlines()[0].rsplit(",", 4)[0]
         text = HEAD + "".join(f"{row},{v!r},{v:.6f},{v:.3e},1\n" for v in values)
-        with pytest.MonkeyPatch.context() as monkeypatch:
-            quick, careful = self.both(text, monkeypatch)
-        assert not isinstance(quick, str)
-        assert quick == careful
+        assert not isinstance(self.check(text), str)
 
     @pytest.mark.parametrize("block", [1, 100, 1000])
     def test_blocks_of_any_size_give_the_same(
@@ -289,15 +291,11 @@ class TestFast:
     def test_every_way_to_write_a_number(self, cells: list[str]) -> None:
         row = ROWS.splitlines()[0].rsplit(",", 4)[0]
         text = HEAD + "".join(f"{row},{cell},1,1,1\n" for cell in cells)
-        with pytest.MonkeyPatch.context() as monkeypatch:
-            quick, careful = self.both(text, monkeypatch)
-        assert quick == careful
+        self.check(text)
 
     @given(names=st.lists(st.text("ab'1é ", max_size=12), min_size=1, max_size=30))
     @settings(max_examples=100)
     def test_names_of_any_length(self, names: list[str]) -> None:
         rest = ROWS.splitlines()[0].split(",", 1)[1]
         text = HEAD + "".join(f"{name},{rest}\n" for name in names)
-        with pytest.MonkeyPatch.context() as monkeypatch:
-            quick, careful = self.both(text, monkeypatch)
-        assert quick == careful
+        self.check(text)
