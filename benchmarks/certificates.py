@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from kr270 import BOUND, MICRO, RESULTS, machine, one_thread, study
+from kr270 import BOUND, MICRO, RESULTS, machine, one_thread, study, write_results
 
 from elastocal.design.continuous import continuous_design
 from elastocal.study.criteria import mean_test_pose
@@ -103,9 +103,7 @@ def main() -> None:
         f"{seeds[-1]}. Deviations are relative, in rho0; false and slack begin at {LIMIT:g}.",
         "\n".join(lines),
     ]
-    arguments.out.parent.mkdir(parents=True, exist_ok=True)
-    arguments.out.write_text("\n\n".join(parts) + "\n", encoding="utf-8")
-    print(f"wrote {arguments.out}")
+    write_results(arguments.out, *parts)
 
 
 if __name__ == "__main__":

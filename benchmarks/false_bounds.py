@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from kr270 import RESULTS, machine, one_thread
+from kr270 import RESULTS, machine, one_thread, write_results
 
 from elastocal.arrays import Array
 from elastocal.design.dual_bound import dual_bound
@@ -151,13 +151,13 @@ def main() -> None:
         row for cell in arguments.cells for row in judged(cell, runs[cell], arguments.long)
     ]
     print("\n".join(lines))
-    text = (
-        "# False bounds in thin and divided cells\n\nMade by `benchmarks/false_bounds.py`. "
-        f"{about}. Seeds {seeds[0]} to {seeds[-1]}; false and missed begin at {LIMIT:g} of φ.\n\n"
+    write_results(
+        arguments.out,
+        "# False bounds in thin and divided cells",
+        f"Made by `benchmarks/false_bounds.py`. {about}. Seeds {seeds[0]} to {seeds[-1]}; false "
+        f"and missed begin at {LIMIT:g} of φ.",
+        "\n".join(lines),
     )
-    arguments.out.parent.mkdir(parents=True, exist_ok=True)
-    arguments.out.write_text(text + "\n".join(lines) + "\n", encoding="utf-8")
-    print(f"wrote {arguments.out}")
 
 
 if __name__ == "__main__":

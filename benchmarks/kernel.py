@@ -22,7 +22,7 @@ import casadi as ca
 import numpy as np
 import pinocchio as pin
 from casadi_arm import pose_function
-from kr270 import BOUND, MICRO, RESULTS, machine, one_thread, study
+from kr270 import BOUND, MICRO, RESULTS, machine, one_thread, study, write_results
 from problems import EXAMPLES, HERE
 
 from elastocal.arrays import Array
@@ -365,9 +365,7 @@ def main() -> None:
         "## Start-up",
         "\n".join(startup_lines(rounds)),
     ]
-    arguments.out.parent.mkdir(parents=True, exist_ok=True)
-    arguments.out.write_text("\n\n".join(parts) + "\n", encoding="utf-8")
-    print(f"wrote {arguments.out}")
+    write_results(arguments.out, *parts)
 
 
 if __name__ == "__main__":

@@ -86,6 +86,13 @@ def machine(*packages: str) -> str:
     return "; ".join(parts)
 
 
+def write_results(out: Path, *parts: str) -> None:
+    """Write a page of results: its paragraphs and tables."""
+    out.parent.mkdir(parents=True, exist_ok=True)
+    out.write_text("\n\n".join(parts) + "\n", encoding="utf-8")
+    print(f"wrote {out}")
+
+
 def _processor() -> str:
     info = Path("/proc/cpuinfo")
     if info.exists():

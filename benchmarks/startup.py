@@ -22,7 +22,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from kr270 import RESULTS, machine, one_thread
+from kr270 import RESULTS, machine, one_thread, write_results
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "kr270"
 WORK = {  # arguments of commands, and where the work of each begins
@@ -187,9 +187,7 @@ def main() -> None:
         "thread, in seconds, on a terminal; byte code is kept.",
         "\n".join(lines),
     ]
-    arguments.out.parent.mkdir(parents=True, exist_ok=True)
-    arguments.out.write_text("\n\n".join(text) + "\n", encoding="utf-8")
-    print(f"wrote {arguments.out}")
+    write_results(arguments.out, *text)
 
 
 if __name__ == "__main__":
