@@ -23,6 +23,7 @@ from elastocal.constraints import (
 from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, InPlane, Load
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.springs import VirtualJoints, joint_springs, merged
+from elastocal.elastic.unknowns import Unknowns
 from elastocal.measuring.instrument import Instrument, Isotropic, LaserTracker, PoseProbe
 from elastocal.robot.chain import Follower, Robot, Tool
 from elastocal.study.experiment_space import LoadCaseSpace
@@ -44,6 +45,7 @@ def random_space(seed: int, slides: list[bool], markers: int) -> LoadCaseSpace:
         constraints=random_constraints(rng, robot, arm.tool),
         instrument=random_instrument(rng, rotation=rotation),
         limits=np.array([np.full(n, -3.0), np.full(n, 3.0)]),
+        makers=random_makers(rng, arm.springs) if rng.random() < 0.5 else None,
     )
 
 
@@ -76,6 +78,13 @@ def random_springs(rng: np.random.Generator, robot: Robot) -> VirtualJoints:
     )
     in_joints = joint_springs(robot)
     return [anywhere, in_joints, merged(anywhere, in_joints)][int(rng.integers(3))]
+
+
+def random_makers(rng: np.random.Generator, springs: VirtualJoints) -> Unknowns:
+    """Fewer or more unknowns than springs; some springs are made by none, some by several."""
+    p = int(rng.integers(1, len(springs) + 3))
+    make = rng.normal(size=(len(springs), p)) * (rng.random((len(springs), p)) < 0.5)
+    return Unknowns(tuple(f"U{j}" for j in range(p)), springs, make)
 
 
 def random_load(rng: np.random.Generator, size: float) -> Load:

@@ -259,8 +259,10 @@ def with_path(
             file=sys.stderr,
         )
     names = [pose.name for pose in study.test_poses]
+    judged = test_path(replace(study.fitted_arm, tool=used), task.cases, 0.0, path.name)
     judged = replace(
-        test_path(replace(study.fitted_arm, tool=used), task.cases, 0.0, path.name),
+        judged,
+        regressors=study.fitted.columns(judged.regressors),
         name=path.name if path.name not in names else str(path),
         points=task.names,
         remarks=task.remarks,

@@ -156,7 +156,7 @@ def simulate_command(
             random=random,
             progress=tell,
         )
-    write_campaigns(result, study.fitted, out)
+    write_campaigns(result, study.sought, out)
     if picture is not None:
         _draw(result, picture)
     _say_campaigns(result, study, out, picture, as_json)
@@ -205,7 +205,7 @@ def _say_campaigns(
     from elastocal.terminal.campaigns import show_campaigns
 
     if as_json:
-        print_json(campaigns_document(result, study.fitted))
+        print_json(campaigns_document(result, study.sought))
         return
     show_campaigns(result)
     print(f"wrote {out}" + (f" and {picture}" if picture is not None else ""))

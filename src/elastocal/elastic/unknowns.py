@@ -7,6 +7,7 @@ two springs; one that does not is a symmetric tensor: three unknowns, and spring
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -41,7 +42,7 @@ class Unknowns:
     def __len__(self) -> int:
         return len(self.names)
 
-    @property
+    @cached_property
     def plain(self) -> bool:
         """Whether each unknown is one spring, in the order of the springs."""
         return self.make.shape[0] == self.make.shape[1] and bool(
@@ -57,6 +58,10 @@ class Unknowns:
     def columns(self, rows: Array) -> Array:
         """(..., p) columns of the unknowns, of those of the springs (..., c)."""
         return rows if self.plain else np.asarray(rows @ self.make)
+
+    def cotangents(self, bars: Array) -> Array:
+        """(..., c) gradients in the columns of the springs, of those of the unknowns (..., p)."""
+        return bars if self.plain else np.asarray(bars @ self.make.T)
 
 
 def each_spring(springs: VirtualJoints) -> Unknowns:

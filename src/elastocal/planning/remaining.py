@@ -30,7 +30,7 @@ def done(study: Study, measurements: Measurements) -> Done:
     Source: paper eq. (13): the information of the readings there are, with their own noise.
     """
     cases, tool = measurements.cases, measurements.tool
-    rows = regressor(replace(study.fitted_arm, tool=tool), cases)
+    rows = study.fitted.columns(regressor(replace(study.fitted_arm, tool=tool), cases))
     rows = rows.reshape(len(cases), len(tool.targets), 3, -1)
     _, whitener = noise_factors(measurements.covariance)
     seen = (whitener @ rows[measurements.case, measurements.marker]).reshape(-1, rows.shape[-1])

@@ -27,8 +27,8 @@ def as_known(study: Study, truth: ComplianceModel) -> ComplianceModel:
 def rows_known(study: Study) -> Array:
     """(E, f) rows with unit noise of what a campaign knows of the springs that it fits."""
     if study.known is None:
-        return np.zeros((0, len(study.fitted)))
-    return rows_of(study.known.model, study.known.uncertain.names, study.fitted.names)
+        return np.zeros((0, len(study.sought)))
+    return rows_of(study.known.model, study.known.uncertain.names, study.sought.names)
 
 
 def drawn(true: Array, rows: Array, number: int, rng: np.random.Generator) -> Array | None:

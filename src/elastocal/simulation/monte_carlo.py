@@ -36,6 +36,7 @@ from elastocal.simulation.virtual_campaign import (
     virtual_readings,
 )
 from elastocal.study.study import Study
+from elastocal.study.two_steps import with_nuisance
 
 _POOL = 20_000  # random load cases that random plans are drawn from
 
@@ -78,7 +79,8 @@ def campaigns(
 
     Springs of the truth that the study does not identify bend in the experiments, and are known to
     the fit and to the compensation: what is compared is how well the plans find the others. What
-    the study knows with an uncertainty is known to each campaign with an error drawn from it.
+    the study knows with an uncertainty is known to each campaign with an error drawn from it. What
+    it knows of nuisance is left out.
 
     Args:
         study: Robot, springs to identify, tool, instrument, test poses.
@@ -100,6 +102,7 @@ def campaigns(
         EquilibriumError: the arm gives way.
     """
     how, reality = how or Fit(), reality or Reality()
+    study = with_nuisance(study, None)
     linear, arm = reality.linear, study.fitted_arm
     _check(study, truth, number, how)
     judges = tuple(judge(arm, truth, pose, linear=linear) for pose in study.test_poses)
@@ -132,8 +135,8 @@ def campaigns(
         parts = [d for job, d in zip(jobs, done, strict=True) if job[0] == name]
         found.append(_collected(study, truth, name, shared[name], parts))
     result = MonteCarlo(
-        springs=study.fitted.names,
-        known=tuple(n for n in truth.names if n not in study.fitted.names),
+        springs=study.sought.names,
+        known=tuple(n for n in truth.names if n not in study.sought.names),
         test_poses=tuple(pose.name for pose in study.test_poses),
         plans=tuple(found),
         number=number,
@@ -186,7 +189,7 @@ def _random_campaigns(
 
 
 def _check(study: Study, truth: ComplianceModel, number: int, how: Fit) -> None:
-    missing = [name for name in study.fitted.names if name not in truth.names]
+    missing = [name for name in study.sought.names if name not in truth.names]
     if missing:
         does = "identifies" if missing[0] in study.springs.names else "knows"
         raise InputError(f"the truth says nothing of {missing[0]}, which the study {does}")
@@ -204,7 +207,7 @@ def _design(
     repeats: IntArray,
     how: Fit,
 ) -> Design:
-    free = np.array([truth.names.index(name) for name in study.fitted.names])
+    free = np.array([truth.names.index(name) for name in study.sought.names])
     return Design(
         arm=ideal.arm,
         free=free,
@@ -307,7 +310,7 @@ def _collected(
     return Campaigns(
         name=name,
         experiments=len(design.case),
-        truth=frozen(truth.of(study.fitted.names)),
+        truth=frozen(truth.of(study.sought.names)),
         estimate=frozen(estimate),
         standard_error=frozen(error),
         quantile=quantile(0.975, dof),

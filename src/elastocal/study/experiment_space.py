@@ -22,6 +22,7 @@ from elastocal.elastic.allowed_loads import FreeDirection, Load
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import Regressor
+from elastocal.elastic.unknowns import Unknowns, each_spring
 from elastocal.errors import Doubt, InfeasibleError
 from elastocal.measuring.instrument import Instrument
 from elastocal.robot.posture import Posture
@@ -41,12 +42,13 @@ class LoadCaseSpace:
     """Load cases under joint limits, constraints and a bound on the wrench.
 
     Attributes:
-        arm: The robot with the p springs to identify, load point and measured markers.
+        arm: The robot with the c springs that bend, load point and measured markers.
         force: Which forces may act [N].
         moment: Which moments may act [N·m].
         constraints: Constraints besides the joint limits.
         instrument: What measures the deflections of the markers.
         limits: (2, n) lower and upper joint values used for planning [rad or m].
+        makers: The p unknowns that make the springs; None: each spring is an unknown.
     """
 
     arm: ElasticArm
@@ -55,11 +57,17 @@ class LoadCaseSpace:
     constraints: Sequence[Constraint]
     instrument: Instrument
     limits: Array
+    makers: Unknowns | None = None
+
+    @cached_property
+    def unknowns(self) -> Unknowns:
+        """The p unknowns."""
+        return each_spring(self.arm.springs) if self.makers is None else self.makers
 
     @property
     def parameters(self) -> int:
         """Number p of unknown compliances."""
-        return len(self.arm.springs)
+        return len(self.unknowns)
 
     @cached_property
     def lower(self) -> Array:
@@ -105,7 +113,7 @@ class LoadCaseSpace:
         rows = Regressor(self.arm, posture, cases.wrench).rows
         points = [posture.point(marker) for marker in self.arm.tool.markers]
         white, _ = self.instrument.whiten(rows, points)
-        return information(np.ascontiguousarray(white.transpose(2, 0, 1)))
+        return information(np.ascontiguousarray(self.unknowns.columns(white.transpose(2, 0, 1))))
 
     def points(self, cases: LoadCases) -> Array:
         """(N, d) design points of load cases whose free loads have the largest norm."""
@@ -286,7 +294,7 @@ class _Part:
         self.posture = posture
         self.markers = [posture.point(marker) for marker in space.arm.tool.markers]
         rows, self.unwhiten = space.instrument.whiten(self.regressor.rows, self.markers)
-        self.blocks = np.ascontiguousarray(rows.transpose(2, 0, 1))
+        self.blocks = np.ascontiguousarray(space.unknowns.columns(rows.transpose(2, 0, 1)))
         results = [constraint.at(posture) for constraint in space.constraints]
         margins = [margin for margin, _ in results]
         self.pulls = [pull for _, pull in results]
@@ -321,7 +329,8 @@ class _Part:
         """(n, N) gradient in q and (6, N) in the wrench of a gradient in `blocks`."""
         if not block_cotangent.any():  # restoring asks for margins alone
             return np.zeros_like(self.posture.q), np.zeros_like(self.wrench)
-        cotangent = np.ascontiguousarray(block_cotangent.transpose(1, 2, 0))
+        cotangent = self.space.unknowns.cotangents(block_cotangent)
+        cotangent = np.ascontiguousarray(cotangent.transpose(1, 2, 0))
         rows_bar, points_bar = self.unwhiten(cotangent)
         q_bar, wrench_bar = self.regressor.pull(rows_bar)
         moved = zip(self.markers, points_bar, strict=True) if points_bar else ()

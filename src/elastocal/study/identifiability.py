@@ -28,7 +28,7 @@ def check_identifiable(space: LoadCaseSpace, prior: Array, rng: np.random.Genera
         IdentifiabilityError: names the joints and says what would help.
     """
     blocks = information(space.evaluate(space.sample(400, rng)).blocks)
-    doubts = unidentifiable(space.arm.springs.names, prior + blocks.sum(axis=0))
+    doubts = unidentifiable(space.unknowns.names, prior + blocks.sum(axis=0))
     if doubts:
         raise IdentifiabilityError(not_identifiable(doubts)).with_doubts(*doubts)
 
@@ -52,6 +52,6 @@ def check_count(
     if distinct < needed:
         code: Code = "too-few-experiments" if count <= distinct else "too-few-configurations"
         unknown = np.diagonal(prior) == 0.0
-        names = tuple(np.array(space.arm.springs.names)[unknown].tolist())
+        names = tuple(np.array(space.unknowns.names)[unknown].tolist())
         doubt = Doubt(code, names, (), {"count": distinct, "needed": needed})
         raise IdentifiabilityError(worded(doubt)).with_doubts(doubt)

@@ -37,6 +37,7 @@ from elastocal.core import layout
 from elastocal.core.layout import LoadKind, MarginKind, Memory, PairKind
 from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, Load
 from elastocal.elastic.arm import ElasticArm
+from elastocal.elastic.unknowns import Unknowns
 from elastocal.measuring.instrument import Instrument, LaserTracker, positions_of
 
 
@@ -55,6 +56,8 @@ class Described(Protocol):
     def instrument(self) -> Instrument: ...
     @property
     def parameters(self) -> int: ...
+    @property
+    def unknowns(self) -> Unknowns: ...
     @property
     def lower(self) -> Array: ...
     @property
@@ -98,7 +101,9 @@ class PlainSpaceOf:
             mixing=memory.reals(robot.mixing) if robot.followers else None,
             standing=memory.reals(robot.standing),
             twists=len(springs),
+            springs=len(space.arm.springs),
             unknowns=space.parameters,
+            **_making(space.unknowns, memory),
             body=memory.integers(springs.body),
             joint=memory.integers(joint),
             axes=memory.reals(springs.axis),
@@ -236,6 +241,18 @@ def _placed(known: list[Array], wanted: Array) -> int:
 def _is_known(pairs: Pairs) -> bool:
     """Whether the core knows all that can be near: there is no solid of another form inside."""
     return pairs.closed and all(len(solid.faces) <= layout.MOST_FACES for solid in pairs.solids)
+
+
+def _making(unknowns: Unknowns, memory: Memory) -> dict[str, int]:
+    """Which unknowns make each spring, and how much of it; nothing where each is a spring."""
+    if unknowns.plain:
+        return {}
+    spring, unknown = np.nonzero(unknowns.make)
+    return {
+        "making": memory.integers(np.searchsorted(spring, np.arange(len(unknowns.springs) + 1))),
+        "maker": memory.integers(unknown),
+        "made": memory.reals(unknowns.make[spring, unknown]),
+    }
 
 
 def _load(load: Load) -> layout.PlainLoad:

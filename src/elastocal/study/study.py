@@ -15,8 +15,10 @@ from elastocal.constraints import Clearance, Constraint, HeldJoint, JointLimit
 from elastocal.elastic.allowed_loads import FixedVector, Load
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
+from elastocal.elastic.nuisance import Nuisance
 from elastocal.elastic.regressor import regressor
 from elastocal.elastic.springs import VirtualJoints, joint_springs, merged
+from elastocal.elastic.unknowns import Unknowns, each_spring, joined
 from elastocal.errors import InputError
 from elastocal.measuring.instrument import Instrument
 from elastocal.motion.pace import Pace, for_robot
@@ -176,6 +178,8 @@ class Study:
         known: Springs that bend besides, as an earlier campaign found them; `prior` counts it
             already, and test poses see them: see `two_steps.with_known`.
         carried_out: A plan that was carried out before; `prior` counts it already.
+        nuisance: What moves readings and tools besides, that nobody asks for; `prior` counts its
+            priors already, and test poses see it: see `two_steps.with_nuisance`.
         endless: (2, n) which limits nobody gave: the joint turns without end; found out if not
             given.
     """
@@ -198,6 +202,7 @@ class Study:
     done: Done | None = None
     known: Known | None = None
     carried_out: CarriedOut | None = None
+    nuisance: Nuisance | None = None
     endless: BoolArray = field(default_factory=lambda: frozen([], np.bool_))
 
     def __post_init__(self) -> None:
@@ -251,9 +256,15 @@ class Study:
         return self.instrument.sigma
 
     @cached_property
-    def fitted(self) -> VirtualJoints:
-        """The f springs that are fitted: those to identify, and those not known exactly."""
+    def sought(self) -> VirtualJoints:
+        """The springs that are each an unknown: those to identify, and those not known exactly."""
         return self.springs if self.known is None else merged(self.springs, self.known.uncertain)
+
+    @cached_property
+    def fitted(self) -> Unknowns:
+        """The f unknowns that are fitted: the springs that are sought, then the nuisance."""
+        each = each_spring(self.sought)
+        return each if self.nuisance is None else joined(each, self.nuisance.unknowns)
 
     @property
     def wanted(self) -> list[int]:
@@ -262,8 +273,8 @@ class Study:
 
     @property
     def fitted_arm(self) -> ElasticArm:
-        """The robot with all springs that are fitted and the calibration tool."""
-        return ElasticArm(self.robot, self.fitted, self.experiments.tool, self.gravity)
+        """The robot with all springs that what is fitted makes, and the calibration tool."""
+        return ElasticArm(self.robot, self.fitted.springs, self.experiments.tool, self.gravity)
 
     @cached_property
     def arm(self) -> ElasticArm:
@@ -277,10 +288,16 @@ class Study:
 
     @property
     def space(self) -> LoadCaseSpace:
-        """The load cases to choose from; their rows are of all springs that are fitted."""
-        e = self.experiments
+        """The load cases to choose from; their rows are of all that is fitted."""
+        e, fitted = self.experiments, self.fitted
         return LoadCaseSpace(
-            self.fitted_arm, e.force, e.moment, self.constraints, self.instrument, self.limits
+            self.fitted_arm,
+            e.force,
+            e.moment,
+            self.constraints,
+            self.instrument,
+            self.limits,
+            None if fitted.plain else fitted,
         )
 
     @property

@@ -1,6 +1,6 @@
-"""Two steps: a study whose experiments bend springs that an earlier campaign has identified.
+"""What a study fits besides what it asks for: springs of an earlier campaign, and nuisance.
 
-In: a study, what is known. Out: the same study with these springs in its design space, their
+In: a study, what is known, or nuisance. Out: the same study with these in its design space, their
 information as prior, and test poses that see their errors.
 """
 
@@ -13,7 +13,9 @@ import numpy as np
 from elastocal.arrays import unset
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.compliance_model import ComplianceModel, refuse_other_springs
-from elastocal.elastic.springs import VirtualJoints, subset
+from elastocal.elastic.nuisance import Nuisance
+from elastocal.elastic.springs import subset
+from elastocal.elastic.unknowns import Unknowns
 from elastocal.errors import InputError
 from elastocal.study.known import Known
 from elastocal.study.study import Study, TestPose, test_pose
@@ -34,21 +36,38 @@ def with_known(study: Study, known: Known | None) -> Study:
     """
     if known is None and study.known is None:
         return study
-    own = study.prior[np.ix_(study.wanted, study.wanted)]
     if known is not None:
         refuse_other_springs(known.model, study.springs)
         others = _others(study, known)
         left_out = tuple(n for n in known.model.names if n not in others) or known.left_out
         known = replace(known, model=_part(known.model, others), left_out=left_out)
         _refuse_twice(study, known)
-    bare = replace(study, known=known, prior=unset(), test_poses=())
+    return _beside(study, known, study.nuisance)
+
+
+def with_nuisance(study: Study, nuisance: Nuisance | None) -> Study:
+    """The study that knows what moves readings and tools besides; None: nothing does.
+
+    Raises:
+        InputError: a nuisance parameter has the name of a spring of the study; a test pose is a
+            matrix, which has no columns for it.
+    """
+    return study if nuisance is study.nuisance else _beside(study, study.known, nuisance)
+
+
+def _beside(study: Study, known: Known | None, nuisance: Nuisance | None) -> Study:
+    """The study with other things beside what it asks for."""
+    own = study.prior[np.ix_(study.wanted, study.wanted)]
+    bare = replace(study, known=known, nuisance=nuisance, prior=unset(), test_poses=())
     prior = np.array(bare.prior)
     if study.carried_out is not None:  # its experiments bent the known springs, too
         prior += study.carried_out.information(bare.space)
     prior[np.ix_(bare.wanted, bare.wanted)] = own
-    if known is not None:
-        index = [bare.fitted.names.index(name) for name in known.uncertain.names]
-        prior[np.ix_(index, index)] += known.information
+    given = [] if known is None else [(known.uncertain.names, known.information)]
+    given += [] if nuisance is None else [(nuisance.names, nuisance.information)]
+    for names, information in given:
+        index = [bare.fitted.names.index(name) for name in names]
+        prior[np.ix_(index, index)] += information
     poses = tuple(_over(study, pose, bare.fitted) for pose in study.test_poses)
     return replace(bare, prior=prior, test_poses=poses)
 
@@ -87,18 +106,19 @@ def _part(model: ComplianceModel, names: tuple[str, ...]) -> ComplianceModel:
     )
 
 
-def _over(study: Study, pose: TestPose | TestPath, springs: VirtualJoints) -> TestPose | TestPath:
-    """The test pose, or path, with a column for each of other springs."""
+def _over(study: Study, pose: TestPose | TestPath, fitted: Unknowns) -> TestPose | TestPath:
+    """The test pose, or path, with a column for each of other unknowns."""
     if isinstance(pose, TestPath):
-        arm = ElasticArm(study.robot, springs, pose.tool, study.gravity)
+        arm = ElasticArm(study.robot, fitted.springs, pose.tool, study.gravity)
         made = test_path(arm, pose.cases, pose.weight, pose.name)
-        return replace(pose, regressors=made.regressors)
+        return replace(pose, regressors=fitted.columns(made.regressors))
     if pose.case is None or pose.tool is None:
-        if pose.regressor.shape[1] == len(springs):
+        if pose.regressor.shape[1] == len(fitted):
             return pose
         raise InputError(
             f"test pose {pose.name!r} is a matrix of {pose.regressor.shape[1]} columns; with what "
-            f"is known it needs {len(springs)}, one for each of {', '.join(springs.names)}"
+            f"is known it needs {len(fitted)}, one for each of {', '.join(fitted.names)}"
         )
-    arm = ElasticArm(study.robot, springs, pose.tool, study.gravity)
-    return test_pose(arm, pose.case, pose.weight, pose.name)
+    arm = ElasticArm(study.robot, fitted.springs, pose.tool, study.gravity)
+    seen = test_pose(arm, pose.case, pose.weight, pose.name)
+    return replace(seen, regressor=fitted.columns(seen.regressor))

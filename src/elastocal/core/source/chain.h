@@ -34,9 +34,9 @@ typedef struct {
     vector *origins;   /* (T) */
     vector *at;        /* (points) */
     vector *pointing;  /* (directions) */
-    vector *velocity;  /* (points, p) */
-    vector *turn;      /* (p) */
-    lanes *exerted;    /* (p) generalised force y */
+    vector *velocity;  /* (points, c) */
+    vector *turn;      /* (c) */
+    lanes *exerted;    /* (c) generalised force y */
     vector force, moment;
     vector *rows;      /* (markers [+ 1], p) in units of the noise */
     vector *beam;      /* (markers) unit vectors from the tracker */
@@ -64,7 +64,7 @@ INLINE int64_t hints_of(const Space *s) {
 /* Memory, in lanes, and its division. */
 static int64_t place_size(const Space *s) {
     return s->variables + 12 * (s->moving + 2) + 6 * s->twists + 3 * s->points +
-           3 * s->directions + 3 * s->points * s->unknowns + 4 * s->unknowns +
+           3 * s->directions + 3 * s->points * s->springs + 4 * s->springs +
            3 * targets(s) * s->unknowns + 4 * s->markers + margins_of(s) + 6 * s->solids +
            11 * s->margins + hints_of(s);
 }
@@ -77,9 +77,9 @@ static Place place_in(const Space *s, lanes *memory) {
     p.origins = (vector *)memory, memory += 3 * s->twists;
     p.at = (vector *)memory, memory += 3 * s->points;
     p.pointing = (vector *)memory, memory += 3 * s->directions;
-    p.velocity = (vector *)memory, memory += 3 * s->points * s->unknowns;
-    p.turn = (vector *)memory, memory += 3 * s->unknowns;
-    p.exerted = memory, memory += s->unknowns;
+    p.velocity = (vector *)memory, memory += 3 * s->points * s->springs;
+    p.turn = (vector *)memory, memory += 3 * s->springs;
+    p.exerted = memory, memory += s->springs;
     p.rows = (vector *)memory, memory += 3 * targets(s) * s->unknowns;
     p.beam = (vector *)memory, memory += 3 * s->markers;
     p.range = memory, memory += s->markers;
@@ -192,9 +192,30 @@ INLINE vector whitened(const Space *s, const Place *p, int64_t marker, vector v)
     return plus(times(a, v), times((b - a) * dot(u, v), u));
 }
 
+/* The row of a spring at a target, given to what makes the spring. */
+INLINE void give_row(const Space *s, Place *p, int64_t target, int64_t spring, vector row) {
+    vector *to = p->rows + target * s->unknowns;
+    if (!s->making) {
+        to[spring] = row;
+        return;
+    }
+    for (int64_t i = s->making[spring]; i < s->making[spring + 1]; i++)
+        to[s->maker[i]] = plus(to[s->maker[i]], times(every(s->made[i]), row));
+}
+
+/* The gradient in the row of a spring, of those in the rows of what makes it. */
+INLINE vector taken_row(const Space *s, const vector *bars, int64_t target, int64_t spring) {
+    const vector *from = bars + target * s->unknowns;
+    if (!s->making) return from[spring];
+    vector bar = {every(0.0), every(0.0), every(0.0)};
+    for (int64_t i = s->making[spring]; i < s->making[spring + 1]; i++)
+        bar = plus(bar, times(every(s->made[i]), from[s->maker[i]]));
+    return bar;
+}
+
 /* Rows of the linear model in units of the noise. */
 static void place_rows(const Space *s, Place *p) {
-    const int64_t n = s->joints, unknowns = s->unknowns;
+    const int64_t n = s->joints, springs = s->springs;
     p->force = loaded(&s->force, p->x + n);
     p->moment = loaded(&s->moment, p->x + n + variables_of(&s->force));
     for (int64_t t = 0; t < s->twists; t++) {
@@ -204,24 +225,25 @@ static void place_rows(const Space *s, Place *p) {
         p->origins[t] = j >= 0 ? f->o : carried_to(f, s->origins + 3 * t);
     }
     const vector zero = {every(0.0), every(0.0), every(0.0)};
-    for (int64_t u = 0; s->share && u < unknowns * s->points; u++) p->velocity[u] = zero;
-    for (int64_t u = 0; s->share && u < unknowns; u++) p->turn[u] = zero;
+    for (int64_t u = 0; s->share && u < springs * s->points; u++) p->velocity[u] = zero;
+    for (int64_t u = 0; s->share && u < springs; u++) p->turn[u] = zero;
     for (int64_t t = 0; t < s->twists; t++) {
         vector turn = s->slides[t] ? zero : p->axes[t];
         if (!s->share) p->turn[t] = turn;
-        for (int64_t u = 0; s->share && u < unknowns; u++)
-            p->turn[u] = plus(p->turn[u], times(every(s->share[t * unknowns + u]), turn));
+        for (int64_t u = 0; s->share && u < springs; u++)
+            p->turn[u] = plus(p->turn[u], times(every(s->share[t * springs + u]), turn));
         for (int64_t i = 0; i < s->points; i++) {
-            vector v = velocity_of(s, p, t, p->at[i]), *to = p->velocity + i * unknowns;
+            vector v = velocity_of(s, p, t, p->at[i]), *to = p->velocity + i * springs;
             if (!s->share) to[t] = v;
-            for (int64_t u = 0; s->share && u < unknowns; u++)
-                to[u] = plus(to[u], times(every(s->share[t * unknowns + u]), v));
+            for (int64_t u = 0; s->share && u < springs; u++)
+                to[u] = plus(to[u], times(every(s->share[t * springs + u]), v));
         }
     }
-    for (int64_t u = 0; u < unknowns; u++) {
+    for (int64_t u = 0; u < springs; u++) {
         p->exerted[u] = dot(p->velocity[u], p->force);
         if (!s->moment.zero) p->exerted[u] += dot(p->turn[u], p->moment);
     }
+    for (int64_t u = 0; s->making && u < targets(s) * s->unknowns; u++) p->rows[u] = zero;
     for (int64_t m = 0; m < s->markers; m++) {
         int64_t i = s->marker[m];
         if (s->noise.kind == TRACKER) {
@@ -229,15 +251,14 @@ static void place_rows(const Space *s, Place *p) {
             p->range[m] = larger(root(dot(beam, beam)), every(1e-9));
             p->beam[m] = times(1.0 / p->range[m], beam);
         }
-        for (int64_t u = 0; u < unknowns; u++) {
-            vector row = times(p->exerted[u], p->velocity[i * unknowns + u]);
-            p->rows[m * unknowns + u] = whitened(s, p, m, row);
+        for (int64_t u = 0; u < springs; u++) {
+            vector row = times(p->exerted[u], p->velocity[i * springs + u]);
+            give_row(s, p, m, u, whitened(s, p, m, row));
         }
     }
     if (s->noise.rotation > 0.0)
-        for (int64_t u = 0; u < unknowns; u++)
-            p->rows[s->markers * unknowns + u] =
-                times(p->exerted[u] / s->noise.rotation, p->turn[u]);
+        for (int64_t u = 0; u < springs; u++)
+            give_row(s, p, s->markers, u, times(p->exerted[u] / s->noise.rotation, p->turn[u]));
 }
 
 /* How a tracker's noise changes with the place of a marker: its gradient there. `row` is in units
@@ -274,7 +295,7 @@ typedef struct {
 /* Memory of `pull`, in lanes, besides the wrenches. */
 static int64_t pull_size(const Space *s) {
     return 9 * (s->twists + 1) + s->moving +
-           (s->share ? 3 * (s->points + 1) * s->unknowns : 0) + 3 * s->points;
+           (s->share ? 3 * (s->points + 1) * s->springs : 0) + 3 * s->points;
 }
 
 /* The next sums, with a twist of which the gradients in the velocities it gives to the points are
@@ -315,26 +336,25 @@ INLINE Sums summed(const Space *s, const Place *p, int64_t t, const vector *poin
  */
 static void pull(const Space *s, const Place *p, const vector *bars, wrench *on, lanes *memory,
                  lanes *gradient) {
-    const int64_t unknowns = s->unknowns, n = s->joints;
+    const int64_t springs = s->springs, n = s->joints;
     const vector zero = {every(0.0), every(0.0), every(0.0)};
     Sums *sums = (Sums *)memory; /* (T + 1) */
     lanes *along = memory + 9 * (s->twists + 1);
-    vector *point_bar = (vector *)(along + s->moving); /* of one unknown, or of one twist */
-    vector *velocity_bar = point_bar + s->points;      /* (points + 1, p) if twists share them */
+    vector *point_bar = (vector *)(along + s->moving); /* of one spring, or of one twist */
+    vector *velocity_bar = point_bar + s->points;      /* (points + 1, c) if twists share them */
     if (bars) {
         const int tracking = s->noise.kind == TRACKER;
-        const vector *rotation = s->noise.rotation > 0.0 ? bars + s->markers * unknowns : 0;
         const lanes scale = every(1.0 / s->noise.deviation);
         vector force_bar = zero, moment_bar = zero;
         sums[0] = (Sums){zero, zero, zero};
-        for (int64_t u = 0; u < unknowns; u++) {
+        for (int64_t u = 0; u < springs; u++) {
             const lanes exerted = p->exerted[u];
             lanes bar = every(0.0);
             vector turn_bar = zero;
             for (int64_t i = 0; i < s->points; i++) point_bar[i] = zero;
             for (int64_t m = 0; m < s->markers; m++) {
-                vector velocity = p->velocity[s->marker[m] * unknowns + u];
-                vector given = bars[m * unknowns + u], plain;
+                vector velocity = p->velocity[s->marker[m] * springs + u];
+                vector given = taken_row(s, bars, m, u), plain;
                 if (tracking) {
                     plain = whitened(s, p, m, given);
                     vector moved = pull_whitened(s, p, m, times(exerted, velocity), given);
@@ -346,8 +366,9 @@ static void pull(const Space *s, const Place *p, const vector *bars, wrench *on,
                 vector *to = &point_bar[s->marker[m]];
                 *to = plus(*to, times(exerted, plain));
             }
-            if (rotation) {
-                vector given = times(every(1.0 / s->noise.rotation), rotation[u]);
+            if (s->noise.rotation > 0.0) {
+                vector given = taken_row(s, bars, s->markers, u);
+                given = times(every(1.0 / s->noise.rotation), given);
                 bar += dot(p->turn[u], given);
                 turn_bar = times(exerted, given);
             }
@@ -361,7 +382,7 @@ static void pull(const Space *s, const Place *p, const vector *bars, wrench *on,
             }
             velocity_bar[u] = turn_bar;
             for (int64_t i = 0; i < s->points; i++)
-                velocity_bar[(i + 1) * unknowns + u] = point_bar[i];
+                velocity_bar[(i + 1) * springs + u] = point_bar[i];
         }
         pull_load(&s->force, p->x + n, force_bar, gradient + n);
         int64_t k = n + variables_of(&s->force);
@@ -369,12 +390,12 @@ static void pull(const Space *s, const Place *p, const vector *bars, wrench *on,
         for (int64_t t = 0; s->share && t < s->twists; t++) {
             vector turn_bar = zero;
             for (int64_t i = 0; i < s->points; i++) point_bar[i] = zero;
-            for (int64_t u = 0; u < unknowns; u++) {
-                const lanes way = every(s->share[t * unknowns + u]);
+            for (int64_t u = 0; u < springs; u++) {
+                const lanes way = every(s->share[t * springs + u]);
                 turn_bar = plus(turn_bar, times(way, velocity_bar[u]));
                 for (int64_t i = 0; i < s->points; i++)
                     point_bar[i] = plus(point_bar[i],
-                                        times(way, velocity_bar[(i + 1) * unknowns + u]));
+                                        times(way, velocity_bar[(i + 1) * springs + u]));
             }
             sums[t + 1] = summed(s, p, t, point_bar, turn_bar, &sums[t]);
         }

@@ -105,13 +105,17 @@ typedef struct {
     const double *mixing;    /* (moving, joints); 0 if it is the identity */
     const double *standing;  /* (moving) */
     int64_t twists;          /* T */
+    int64_t springs;         /* c */
     int64_t unknowns;        /* p */
+    const int64_t *making;   /* (c + 1) where the unknowns of each spring begin; 0: one a spring */
+    const int64_t *maker;    /* which unknowns make a spring ... */
+    const double *made;      /* ... and how much of it one of each makes */
     const int64_t *body;     /* (T) which carries each twist, ascending */
     const int64_t *joint;    /* (T) moving joint whose axis it has, -1 if none */
     const double *axes;      /* (T, 3) in the frame of the body */
     const double *origins;   /* (T, 3) */
     const int64_t *slides;   /* (T) */
-    const double *share;     /* (T, p); 0 if it is the identity */
+    const double *share;     /* (T, c); 0 if it is the identity */
     const int64_t *carried;  /* (last) number of twists that joint does not carry */
     int64_t points;          /* on the flange, the load point first */
     const double *locals;    /* (points, 3) in the frame of the flange */

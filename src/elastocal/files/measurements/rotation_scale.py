@@ -41,7 +41,7 @@ def rotations_unlike_positions(
     if not (turned.any() and placed.any()):
         return
     cases = LoadCases(found.cases.q[:count], found.cases.wrench[:count])
-    rows = regressor(replace(study.fitted_arm, tool=found.tool), cases)
+    rows = regressor(replace(study.arm, springs=study.sought, tool=found.tool), cases)
     rows = rows.reshape(count, len(found.tool.targets), 3, -1)
     positions, rotations = (
         rows[found.case[own], found.marker[own]].reshape(-1, rows.shape[-1])

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.elastic.springs import VirtualJoints
+from elastocal.elastic.unknowns import Unknowns
 from elastocal.errors import PlanFileError
 from elastocal.files.plans.done_section import square
 from elastocal.files.plans.load_case_entries import section_at
@@ -36,11 +36,11 @@ class PlanCovarianceFile(PartSection):
     matrix: Annotated[list[list[float]], Before(square)] = NOTHING
 
 
-def covariance_section(springs: VirtualJoints, covariance: Array) -> dict[str, Any]:
-    """The section `covariance`, of (p, p) in the order of the springs."""
+def covariance_section(fitted: Unknowns, covariance: Array) -> dict[str, Any]:
+    """The section `covariance`, of (p, p) in the order of the unknowns."""
     return {
-        "order": list(springs.names),
-        "unit": [kind.compliance for kind in springs.kinds],
+        "order": list(fitted.names),
+        "unit": [kind.compliance for kind in fitted.kinds],
         "matrix": covariance.tolist(),
     }
 

@@ -85,6 +85,7 @@ def _promised(text: str, path: Path, robot: Robot, study_of: StudyOf) -> Complia
         raise PlanFileError(f"{path}: {worded(doubt)}, so it was changed after planning")
     if not worth.identifiable:
         raise PlanFileError(f"{path}: this plan does not identify its compliances")
-    return ComplianceModel(
-        study.fitted, np.zeros(len(study.fitted)), worth.covariance, source=path.name
-    )
+    springs = study.sought
+    own = [study.fitted.names.index(name) for name in springs.names]
+    covariance = worth.covariance[np.ix_(own, own)]
+    return ComplianceModel(springs, np.zeros(len(springs)), covariance, source=path.name)

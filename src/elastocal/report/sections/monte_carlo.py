@@ -140,9 +140,9 @@ def percent_of(share: float) -> str:
 
 def _unit(contents: Contents, spring: str) -> str:
     """Unit of a compliance shown in 10⁻⁹ of SI."""
-    if contents.plan is None or spring not in contents.plan.study.fitted.names:
+    if contents.plan is None or spring not in contents.plan.study.sought.names:
         return "10⁻⁹ SI"
-    springs = contents.plan.study.fitted
+    springs = contents.plan.study.sought
     return shown_unit(springs.kinds[springs.names.index(spring)].compliance)[1]
 
 
