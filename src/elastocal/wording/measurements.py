@@ -19,12 +19,10 @@ def _radians(doubt: Doubt) -> str:
 
 def _beyond(doubt: Doubt) -> str:
     factor, unit = shown(doubt.unit)
-    lower, upper, value = (
-        f"{factor * doubt.numbers[name]:.6g}" for name in ("lower", "upper", "value")
-    )
+    lower, upper = (f"{factor * doubt.numbers[name]:.6g}" for name in ("lower", "upper"))
     return (
         f"{experiments(doubt.about)}: {doubt.because[0]} is beyond its limits {lower} … {upper} "
-        f"{unit} (at {value} {unit})"
+        f"{unit} (at {_between(doubt, factor, 6)} {unit})"
     )
 
 
@@ -43,7 +41,7 @@ def _reading(doubt: Doubt) -> str:
 
 
 def _large(doubt: Doubt) -> str:
-    size = f"{doubt.numbers['deflection']:.4g}"
+    size = _between(doubt)
     if doubt.unit == "rad":
         return (
             f"{experiments(doubt.about)}: the rotation is {size} rad: were milliradians or "
@@ -55,9 +53,9 @@ def _large(doubt: Doubt) -> str:
     )
 
 
-def _between(doubt: Doubt) -> str:
+def _between(doubt: Doubt, factor: float = 1.0, digits: int = 4) -> str:
     """'500', or '115 to 1166' where they differ."""
-    ends = dict.fromkeys(f"{doubt.numbers[end]:.4g}" for end in ("least", "most"))
+    ends = dict.fromkeys(f"{factor * doubt.numbers[e]:.{digits}g}" for e in ("least", "most"))
     return " to ".join(ends)
 
 
@@ -98,9 +96,9 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         f"{doubt.numbers['planned']:.4g} N"
     ),
     "other-direction": lambda doubt: (
-        f"{experiments(doubt.about)}: the force points along "
-        f"[{' '.join(f'{doubt.numbers[axis]:.2f}' for axis in 'xyz')}], which the study does not "
-        "plan"
+        f"{experiments(doubt.about)}: the force points where the study does not plan it, in "
+        f"{experiments(doubt.because)} along "
+        f"[{' '.join(f'{doubt.numbers[axis]:.2f}' for axis in 'xyz')}]"
     ),
     "no-torques": lambda doubt: (
         f"the study plans torques of {doubt.numbers['planned']:.4g} N·m, the file has none"
@@ -119,8 +117,8 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         f"{experiments(doubt.about)}: the {_reading(doubt)} is exactly zero"
     ),
     "fewer-readings": lambda doubt: (
-        f"{experiments(doubt.about)}: {doubt.numbers['readings']} of up to "
-        f"{doubt.numbers['most']} readings that other experiments have"
+        f"{experiments(doubt.about)}: {_between(doubt)} of up to "
+        f"{doubt.numbers['others']} readings that other experiments have"
     ),
     "marker-not-measured": lambda doubt: (
         "the rotation of the flange, which the study measures, was never read"

@@ -114,7 +114,8 @@ ODD: dict[str, tuple[str, Doubt]] = {
     "beyond the limits": (
         GOOD.replace(",-60,", ",-160,"),
         Doubt("beyond-joint-limits", ("1",), ("A2",),
-              {"lower": np.radians(-140), "upper": 0.0, "value": np.radians(-160)}, "rad")),
+              {"lower": np.radians(-140), "upper": 0.0,
+               "least": np.radians(-160), "most": np.radians(-160)}, "rad")),
     "unknown uncertainty": (
         GOOD.replace("u [mm]", "U(95) [mm]"),
         Doubt("looks-used", ("U(95) [mm]",), ("an uncertainty",))),
@@ -126,7 +127,7 @@ ODD: dict[str, tuple[str, Doubt]] = {
         GOOD.replace("u [mm]", "drx [mrad]"), Doubt("rotations-not-used", ("drx [mrad]",))),
     "deflections of metres": (
         GOOD.replace("-3.1", "-3100"),
-        Doubt("large-deflection", ("1",), (), {"deflection": 3.1})),
+        Doubt("large-deflection", ("1",), (), {"least": 3.1, "most": 3.1})),
     "metres under millimetres": (
         GOOD.replace(",0.", ",0.000").replace(",-3.", ",-0.003").replace(",0.00002\n", ",0.02\n"),
         Doubt("only-noise", (), (), {"deflection": 3.62e-6, "noise": np.sqrt(3.0) * 2e-5})),
@@ -136,12 +137,12 @@ ODD: dict[str, tuple[str, Doubt]] = {
         Doubt("other-force", EACH, (), {"least": 1250.0, "most": 1250.0, "planned": 2500.0})),
     "other direction": (
         GOOD.replace("0,0,-2500", "2500,0,0"),
-        Doubt("other-direction", EACH, (), {"x": 1.0, "y": 0.0, "z": 0.0})),
+        Doubt("other-direction", EACH, ("1",), {"x": 1.0, "y": 0.0, "z": 0.0})),
     "against the force": (
         GOOD.replace(",-3.", ",3."), Doubt("against-force", (), (), {"against": 6, "clear": 6})),
     "one marker missing": (
         GOOD.replace("3,M2,30,-80,95,31,41,51,0,0,-2500,0.3,0.3,-3.6,0.02\n", ""),
-        Doubt("fewer-readings", ("3",), (), {"readings": 1, "most": 2})),
+        Doubt("fewer-readings", ("3",), (), {"least": 1, "most": 1, "others": 2})),
     "marker never measured": (HEAD + FIRST, Doubt("marker-not-measured", ("M2",))),
     "experiments missing": (
         HEAD + FIRST, Doubt("unfinished", (), (), {"experiments": 1, "planned": 3})),

@@ -90,8 +90,8 @@ def _joints(found: Measurements, study: Study) -> Iterator[Doubt]:
         value = found.cases.q[:, j]
         beyond = np.asarray((value < joint.lower - 1e-9) | (value > joint.upper + 1e-9))
         if beyond.any():
-            first = float(value[int(beyond.argmax())])
-            limits = {"lower": joint.lower, "upper": joint.upper, "value": first}
+            ends = {"least": float(value[beyond].min()), "most": float(value[beyond].max())}
+            limits = {"lower": joint.lower, "upper": joint.upper, **ends}
             named = _named(found, beyond)
             yield Doubt("beyond-joint-limits", named, (joint.name,), limits, joint.kind.unit)
 
@@ -110,10 +110,13 @@ def _loads(found: Measurements, study: Study) -> Iterator[Doubt]:
         yield Doubt("other-force", _named(found, far), numbers=forces)
     elif wanted > 0.0:
         unit = wrench[:, :3] / np.where(idle, 1.0, size)[:, None]
-        aside = np.asarray(~idle & (plan.force.margin(wanted * unit) < -0.1 * wanted))
+        room = plan.force.margin(wanted * unit)
+        aside = np.asarray(~idle & (room < -0.1 * wanted))
         if aside.any():
-            along = dict(zip("xyz", unit[int(aside.argmax())].tolist(), strict=True))
-            yield Doubt("other-direction", _named(found, aside), numbers=along)
+            worst = int(np.where(aside, room, np.inf).argmin())
+            along = dict(zip("xyz", unit[worst].tolist(), strict=True))
+            names = _named(found, aside)
+            yield Doubt("other-direction", names, (found.names[worst],), along)
     if plan.moment.size > 0.0 and not wrench[:, 3:].any():
         yield Doubt("no-torques", numbers={"planned": plan.moment.size})
     if len(found.cases) >= 5 and _sensor_is_stuck(wrench[~idle, :3]):
@@ -140,9 +143,9 @@ def _of_kind(found: Measurements, kind: Quantity) -> Iterator[Doubt]:
     unit = "" if kind.unit == "m" else kind.unit
     large = np.asarray(own & (size > _LARGE))
     if large.any():
-        first = {"deflection": float(size[large][0])}
+        ends = {"least": float(size[large].min()), "most": float(size[large].max())}
         names = _named(found, _cases_of(found, large))
-        yield Doubt("large-deflection", names, numbers=first, unit=unit)
+        yield Doubt("large-deflection", names, numbers=ends, unit=unit)
     noise = np.sqrt(np.einsum("rii->r", found.covariance))
     clear = own & (size >= _NOTHING_BUT_NOISE * noise)
     if not clear.any():
@@ -170,7 +173,8 @@ def _counts(found: Measurements, study: Study) -> Iterator[Doubt]:
     per_case = np.bincount(found.case, minlength=len(found.cases))
     if len(per_case) and per_case.min() != per_case.max():
         fewer = per_case < per_case.max()
-        counts = {"readings": int(per_case[fewer][0]), "most": int(per_case.max())}
+        few = per_case[fewer]
+        counts = {"least": int(few.min()), "most": int(few.max()), "others": int(per_case.max())}
         yield Doubt("fewer-readings", _named(found, fewer), numbers=counts)
     unseen = sorted(set(range(len(found.tool.targets))) - set(np.unique(found.marker).tolist()))
     if unseen:
