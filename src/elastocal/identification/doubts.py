@@ -9,12 +9,19 @@ import numpy as np
 from elastocal.arrays import Array, IntArray
 from elastocal.errors import Doubt
 from elastocal.fitting.goodness import SURE, p_value_chi_square, p_value_ratio
+from elastocal.identification.growth import growth
 from elastocal.identification.leave_one_out import left_out_covariance
+from elastocal.identification.linearised import without_bound
 from elastocal.identification.result import Identification
 
+SELDOM = 0.05
+"""Probability below which chance is said; below `SURE` it is ruled out."""
 _CLOSE = 0.95  # correlation above which two compliances are hard to tell apart
 _CARRIES = 3.0  # growth of a standard error that makes an experiment indispensable
-_SELDOM = 0.01  # probability below which an all-clear beside it would be read as a mistake
+_NOISY = 1.5  # noise over the promised one; robust scales have no exact distribution
+_EXPLAINED = 0.9  # share of the deflections that springs explain where nothing is missing
+_VAGUE = 0.3  # standard error over a compliance that is not worth much
+_SOFT = {"rad/(N·m)": 1e-3, "m/N": 1e-4}  # no joint of an arm is softer
 _FAR = 4.5  # residual over its own standard deviation that calls for a look
 _FEW = 5  # degrees of freedom below which an estimated σ means little
 _LARGE = 2e-3  # deflection above which the linear model is too coarse [m]
@@ -24,7 +31,10 @@ def doubts(found: Identification) -> tuple[Doubt, ...]:
     """What should make one doubt the result; nothing if it is strong."""
     return (
         *_signs(found),
+        *_sizes(found),
         *_noise(found),
+        *_explained(found),
+        *_growing(found),
         *_intervals(found),
         *_carried(found),
         *_correlated(found),
@@ -32,6 +42,11 @@ def doubts(found: Identification) -> tuple[Doubt, ...]:
         *_outlying(found),
         *_nonlinear(found),
     )
+
+
+def is_weak(doubt: Doubt) -> bool:
+    """Whether a doubt makes a result weak: what chance may do is said, but no more."""
+    return not doubt.numbers.get("p_value", 0.0) >= SURE
 
 
 def _signs(found: Identification) -> Iterator[Doubt]:
@@ -45,17 +60,33 @@ def _signs(found: Identification) -> Iterator[Doubt]:
     if len(held) == len(found.identified) > 1:
         yield Doubt("all-held-at-zero", held)
     elif held:
-        yield Doubt("held-at-zero", held)
+        free = without_bound(found)
+        numbers = {name: free[name] for name in held}
+        yield Doubt("held-at-zero", held, numbers=numbers, unit=_unit(found, held))
+
+
+def _unit(found: Identification, names: tuple[str, ...]) -> str:
+    """Unit of the compliances of these springs; none if they differ."""
+    kinds = dict(zip(found.model.names, found.model.springs.kinds, strict=True))
+    units = {kinds[name].compliance for name in names}
+    return units.pop() if len(units) == 1 else ""
+
+
+def _sizes(found: Identification) -> Iterator[Doubt]:
+    """Compliances softer than any joint is."""
+    kinds = [found.model.springs.kinds[i].compliance for i in found.index]
+    for unit, most in _SOFT.items():
+        sizes = {
+            name: float(k)
+            for name, k, kind in zip(found.identified, found.compliance, kinds, strict=True)
+            if kind == unit and abs(k) > most
+        }
+        if sizes:
+            yield Doubt("softer-than-any", tuple(sizes), numbers={**sizes, "most": most}, unit=unit)
 
 
 def _noise(found: Identification) -> Iterator[Doubt]:
-    numbers = {"scale": found.scale, "chi_square": found.chi_square, "dof": found.dof}
-    if found.dof > 0 and not (found.how.estimates_sigma or found.how.robust):
-        p = p_value_chi_square(found.chi_square, found.dof)
-        if p < SURE:
-            yield Doubt("noisier-than-promised", numbers=numbers)
-        elif p > 1.0 - SURE:
-            yield Doubt("quieter-than-promised", numbers=numbers)
+    yield from _scatter(found)
     if found.how.estimates_sigma and found.dof < _FEW:
         yield Doubt("few-degrees-of-freedom", numbers={"dof": found.dof})
     yield from _unlike(found)
@@ -63,6 +94,46 @@ def _noise(found: Identification) -> Iterator[Doubt]:
     if lack is not None and lack.beyond_chance:
         scales = {"pure_scale": lack.pure_scale, "fit_scale": lack.fit_scale}
         yield Doubt("model-error", numbers=scales)
+
+
+def _scatter(found: Identification) -> Iterator[Doubt]:
+    """Residuals against the promised noise, whether the intervals rest on it or not."""
+    if not (found.dof > 0 and np.isfinite(found.scale)):
+        return
+    numbers = {"scale": found.scale, "chi_square": found.chi_square, "dof": float(found.dof)}
+    if found.how.estimates_sigma:
+        numbers["estimated"] = 1.0
+    if found.how.robust:
+        if found.scale > _NOISY:
+            yield Doubt("noisier-than-promised", numbers=numbers)
+        return
+    p = p_value_chi_square(found.chi_square, found.dof)
+    if p < SELDOM:
+        yield Doubt("noisier-than-promised", numbers={**numbers, "p_value": p})
+    elif p > 1.0 - SURE:
+        yield Doubt("quieter-than-promised", numbers=numbers)
+
+
+def _explained(found: Identification) -> Iterator[Doubt]:
+    """Deflections of which the springs explain little."""
+    data = found.measurements
+    for kind in data.quantities:
+        own = kind.readings
+        whole, left = (
+            float(np.sqrt(np.mean(np.sum(values[own] ** 2, axis=1))))
+            for values in (data.deflection, found.residual)
+        )
+        if whole > 0.0 and left > (1.0 - _EXPLAINED) * whole:
+            noise = float(np.sqrt(np.einsum("rii->", data.covariance[own]) / own.sum()))
+            numbers = {"whole": whole, "left": left, "noise": noise}
+            yield Doubt("explains-little", (kind.name,), numbers=numbers, unit=kind.unit)
+
+
+def _growing(found: Identification) -> Iterator[Doubt]:
+    """Residuals that are the larger the larger the load."""
+    trend = growth(found)
+    if trend is not None and trend.p_value < SELDOM:
+        yield Doubt("grows-with-load", numbers=vars(trend))
 
 
 def _unlike(found: Identification) -> Iterator[Doubt]:
@@ -83,25 +154,30 @@ def _intervals(found: Identification) -> Iterator[Doubt]:
     )
     if names:
         yield Doubt("zero-in-interval", names)
+    shares = zip(found.identified, found.relative_error.tolist(), found.compliance, strict=True)
+    vague = {n: e for n, e, k in shares if e > _VAGUE and k > 0.0 and n not in names}
+    if vague:
+        yield Doubt("hardly-known-compliance", tuple(vague), numbers=vague)
 
 
 def _carried(found: Identification) -> Iterator[Doubt]:
-    """Load cases without which compliances are lost or much worse known."""
+    """Single experiments without which compliances are lost or much worse known.
+
+    Few load cases with repeats are what a good plan has; each of them carries something.
+    """
     ratio = found.configuration_influence.error_ratio
     if len(ratio) < 2:
         return
-    most = np.argmax(ratio, axis=0)
-    first = np.unique(found.configuration, return_index=True)[1]
+    most, alone = np.argmax(ratio, axis=0), np.bincount(found.configuration) == 1
     for g in np.unique(most).tolist():
         joints = [j for j in np.flatnonzero(most == g).tolist() if ratio[g, j] >= _CARRIES]
-        if joints:
-            experiments = np.flatnonzero(found.configuration == g)
-            place = 1 + int(np.sum(first < first[g]))  # as in the run sheet: in order of execution
+        if joints and alone[g]:
+            experiment = int(np.flatnonzero(found.configuration == g)[0])
             yield Doubt(
                 "carried",
                 tuple(found.identified[j] for j in joints),
-                tuple(found.measurements.names[i] for i in experiments),
-                {"error_ratio": float(ratio[g, joints].max()), "configuration": place},
+                (found.measurements.names[experiment],),
+                {"error_ratio": float(ratio[g, joints].max())},
             )
 
 
@@ -117,7 +193,7 @@ def _correlated(found: Identification) -> Iterator[Doubt]:
 def _by_chance(found: Identification) -> Iterator[Doubt]:
     """Repeats that differ from the model as they seldom do by chance, but may."""
     lack = found.lack_of_fit
-    if lack is not None and lack.fit_dof > 0 and SURE <= lack.p_value < _SELDOM:
+    if lack is not None and lack.fit_dof > 0 and SURE <= lack.p_value < SELDOM:
         yield Doubt("by-chance", numbers={"p_value": float(lack.p_value)})
 
 

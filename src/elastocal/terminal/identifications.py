@@ -7,13 +7,14 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from elastocal.identification.doubts import doubts
+from elastocal.identification.doubts import SELDOM, doubts, is_weak
 from elastocal.identification.result import Identification
 from elastocal.identification.validation import Validation, doubts_of_validation, summary
 from elastocal.measuring.measurements import Quantity
 from elastocal.robot.joint_kinds import PRISMATIC
 from elastocal.terminal.console import micrometres, out, whole
 from elastocal.wording import ended, worded
+from elastocal.wording.identification import SURE, chance
 from elastocal.wording.lists import counted
 
 _BAR = 25  # characters of a drawn interval
@@ -58,10 +59,11 @@ def show_identification(found: Identification) -> None:
         out.print(Text(f"Taken as known exactly: {', '.join(known)}"))
     out.print(Text(_noise(found)))
     out.print(Text(_linear(found)))
-    weak = doubts(found)
-    for doubt in weak:
-        out.print(Text(f"Weak: {ended(worded(doubt))}", style="yellow"))
-    if not weak:
+    odd = doubts(found)
+    for doubt in odd:
+        begins = "Weak" if is_weak(doubt) else "Note"
+        out.print(Text(f"{begins}: {ended(worded(doubt))}", style="yellow"))
+    if not odd:
         out.print(Text("Nothing weak was found in this result.", style="green"))
 
 
@@ -139,6 +141,8 @@ def show_validation(found: Validation) -> None:
     if found.repeated:
         (doubt,) = (d for d in doubts_of_validation(found) if d.code == "same-load-cases")
         out.print(Text(f"Weak: {ended(worded(doubt))}", style="yellow"))
+    if SURE <= found.p_value < SELDOM:
+        out.print(Text(f"Note: errors so large come {chance(found.p_value)}.", style="yellow"))
     if found.beyond_chance:
         out.print(
             Text(

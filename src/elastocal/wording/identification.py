@@ -2,22 +2,97 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
 from elastocal.errors import Code, Doubt
 from elastocal.wording.lists import listed
-from elastocal.wording.numbers import short
+from elastocal.wording.numbers import number, percent, short, small
+
+SURE = 1e-3
+"""Probability below which chance is ruled out: as in `fitting.goodness`, which knows no words."""
+
+
+def chance(p: float) -> str:
+    """A probability for people: how rare it is, as long as it may be chance."""
+    if p < SURE:
+        return f"too far for chance (p = {p:.2g})"
+    return f"as in one of {1.0 / p:.0f} right models (p = {p:.2g})"
 
 
 def _noisier(doubt: Doubt) -> str:
     n = doubt.numbers
-    return (
+    text = (
         f"the residuals scatter {short(n['scale'])} times as much as σ promises (χ² = "
-        f"{n['chi_square']:.4g} with {n['dof']} degrees of freedom): the noise is larger "
-        "or the model lacks something; the intervals are too narrow, estimate σ"
+        f"{n['chi_square']:.4g} with {n['dof']:.0f} degrees of freedom)"
     )
+    if n.get("p_value", 0.0) >= SURE:
+        return f"{text}, {chance(n['p_value'])}"
+    if "estimated" in n:
+        return (
+            f"{text}: the noise is larger, which the intervals count, or the model lacks "
+            "something, which they do not"
+        )
+    return (
+        f"{text}: the noise is larger or the model lacks something; the intervals are too narrow, "
+        "estimate σ"
+    )
+
+
+def _softer(doubt: Doubt) -> str:
+    *sizes, most = (1e6 * abs(doubt.numbers[name]) for name in (*doubt.about, "most"))
+    return (
+        f"{listed(doubt.about)}: softer than any joint of an arm, {number(max(sizes), 2)} "
+        f"µ{doubt.unit} where {number(most, 2)} would be much; look at units and loads, and "
+        "whether these experiments tell the joints apart"
+    )
+
+
+def _held(doubt: Doubt) -> str:
+    values = [
+        f"{name} {number(1e6 * doubt.numbers[name], 2)}"
+        for name in doubt.about
+        if name in doubt.numbers
+    ]
+    text = f"{listed(doubt.about)}: held at zero by the bound"
+    if values:
+        text += f"; without it the fit says {listed(values)} µ{doubt.unit}".rstrip(" µ")
+    return f"{text}, which no spring can be; look at signs and joint values"
+
+
+def _explains_little(doubt: Doubt) -> str:
+    n, what = doubt.numbers, "rotations" if doubt.unit == "rad" else "deflections"
+    whole, left, noise = (small(n[name], doubt.unit) for name in ("whole", "left", "noise"))
+    text = (
+        f"the model explains {percent(1.0 - n['left'] / n['whole'])} of the {what}: of {whole} "
+        f"(RMS) {left} are left"
+    )
+    if n["left"] < _AS_PROMISED * n["noise"]:
+        return f"{text}, which is the noise that σ promises; larger loads would tell more"
+    return (
+        f"{text}, where σ promises {noise}; look at signs, joint values and loads, and at what "
+        "else gives way"
+    )
+
+
+_AS_PROMISED = 1.2  # residuals over the promised noise that are put down to it
+
+
+def _grows(doubt: Doubt) -> str:
+    n = doubt.numbers
+    text = f"the residuals grow with the load (rank correlation {n['correlation']:.2f})"
+    if n["p_value"] >= SURE:
+        return f"{text}, {chance(n['p_value'])}"
+    return (
+        f"{text}, {chance(n['p_value'])}: the loads are not what is recorded, or a spring is "
+        "missing; the intervals do not count that"
+    )
+
+
+def _hardly_known(doubt: Doubt) -> str:
+    errors = [f"{name} ± {100.0 * doubt.numbers[name]:.0f} %" for name in doubt.about]
+    return f"standard errors are a large share of the compliances: {listed(errors)}"
 
 
 def _model_error(doubt: Doubt) -> str:
@@ -38,35 +113,22 @@ def _zero_in_interval(doubt: Doubt) -> str:
 
 
 def _carried(doubt: Doubt) -> str:
-    several, ratio = len(doubt.because) > 1, doubt.numbers["error_ratio"]
-    what, it = ("the repeated experiments", "them") if several else ("experiment", "it")
-    named = listed(doubt.because)
-    if several and "configuration" in doubt.numbers:
-        what, named = f"configuration {doubt.numbers['configuration']}", f"({_span(doubt.because)})"
+    ratio, named = doubt.numbers["error_ratio"], listed(doubt.because)
     grows = (
-        f"without {it} nothing is known of these joints"
+        "without it nothing is known of these joints"
         if np.isinf(ratio)
-        else f"without {it} the standard errors are up to {short(ratio)} times as large"
+        else f"without it the standard errors are up to {short(ratio)} times as large"
     )
     return (
-        f"{listed(doubt.about)}: carried by {what} {named}; {grows}, and no other "
-        f"load case checks {it}"
+        f"{listed(doubt.about)}: carried by experiment {named} alone; {grows}, and no other "
+        "reading checks it"
     )
-
-
-def _span(names: Sequence[str]) -> str:
-    """'experiments 10 to 12' where they are numbered in a row, else their names."""
-    numbers = [int(name) for name in names if name.isascii() and name.isdigit()]
-    if len(names) > 2 and numbers == list(range(numbers[0], numbers[0] + len(names))):
-        return f"experiments {names[0]} to {names[-1]}"
-    return f"experiments {listed(names)}"
 
 
 def _by_chance(doubt: Doubt) -> str:
-    p = doubt.numbers["p_value"]
     return (
-        f"repeats differ from the model as they do by chance in 1 of {1.0 / p:.0f} campaigns "
-        f"(p = {p:.2g}); one more configuration would tell"
+        f"repeats differ from the model {chance(doubt.numbers['p_value'])}; one more "
+        "configuration would tell"
     )
 
 
@@ -89,13 +151,10 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         "has the wrong sign"
     ),
     "negative": lambda doubt: (
-        f"{listed(doubt.about)}: negative, which no spring can be; look at signs and joint "
-        "values, or rule it out with a bound at zero"
+        f"{listed(doubt.about)}: negative, which no spring can be; look at signs and joint values"
     ),
-    "held-at-zero": lambda doubt: (
-        f"{listed(doubt.about)}: held at zero by the bound; the covariance of the "
-        "others takes that as exact"
-    ),
+    "held-at-zero": _held,
+    "softer-than-any": _softer,
     "noisier-than-promised": _noisier,
     "quieter-than-promised": lambda doubt: (
         f"the residuals scatter only {short(doubt.numbers['scale'])} times as much as σ promises: "
@@ -111,6 +170,9 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         "other; look at the noise of both, and at the model"
     ),
     "model-error": _model_error,
+    "explains-little": _explains_little,
+    "grows-with-load": _grows,
+    "hardly-known-compliance": _hardly_known,
     "zero-in-interval": _zero_in_interval,
     "carried": _carried,
     "by-chance": _by_chance,

@@ -12,7 +12,7 @@ from markupsafe import Markup
 
 from elastocal.arrays import Array
 from elastocal.drawing.picture import portrait
-from elastocal.identification.doubts import doubts
+from elastocal.identification.doubts import SELDOM, doubts
 from elastocal.identification.residuals import (
     left_out_rms,
     residual_quantiles,
@@ -35,6 +35,7 @@ from elastocal.report.scene import vector_scene
 from elastocal.report.section import Chapter, PageSection, Values
 from elastocal.report.verdict import Tile
 from elastocal.wording import worded
+from elastocal.wording.identification import chance
 from elastocal.wording.lists import counted
 from elastocal.wording.numbers import length, number, percent, plain, small
 from elastocal.wording.numbers import sure as sure_of
@@ -218,11 +219,11 @@ def lack_of_fit_in_words(found: Identification) -> str:
         f"; their means lie {number(lack.fit_scale, 2)} times the promised noise off the model "
         f"({lack.fit_dof}). "
     )
-    p = number(lack.p_value, 2)
     if lack.beyond_chance:
-        return said + f"That is too far for chance (p = {p}): the model lacks something."
-    if lack.p_value < 0.05:
-        return said + f"That is rare by chance (p = {p}): have an eye on the model."
+        return said + f"That is {chance(lack.p_value)}: the model lacks something."
+    if lack.p_value < SELDOM:
+        return said + f"They are so far off {chance(lack.p_value)}: have an eye on the model."
+    p = number(lack.p_value, 2)
     return said + f"That is what chance does (p = {p}): repeats do not contradict the model."
 
 

@@ -1,0 +1,91 @@
+"""A fit linearised at its estimate: rows, residuals and information in units of the noise.
+
+In: an identification. Out: what is asked about changes of its model without another fit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from elastocal.arrays import Array, IntArray
+from elastocal.elastic.arm import ElasticArm
+from elastocal.elastic.deflections import deflection_and_gradient
+from elastocal.elastic.load_cases import ranks_of_rows
+from elastocal.elastic.regressor import regressor
+from elastocal.identification.result import Identification
+from elastocal.matrices import scaled_inverse
+from elastocal.measuring.measurements import Measurements
+from elastocal.measuring.whitening import noise_factors
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """A fit of f unknowns to R readings at its estimate, over the promised noise.
+
+    Attributes:
+        rows: (R, 3, f) derivatives of the readings in what was fitted.
+        residual: (R, 3) what the model leaves.
+        information: (f, f) of the whole fit, a prior included.
+        whitener: (R, 3, 3) what divides readings by their noise and counts outlying ones less.
+        group: (R,) number of the configuration of each reading, whatever its load.
+    """
+
+    rows: Array
+    residual: Array
+    information: Array
+    whitener: Array
+    group: IntArray
+
+    @property
+    def covariance(self) -> Array:
+        """(f, f) inverse of the information."""
+        return np.asarray(scaled_inverse(self.information[None])[0])
+
+
+def linearised(found: Identification) -> Linearised:
+    """The fit at its estimate."""
+    data = found.measurements
+    whitener = noise_factors(data.covariance)[1] * np.sqrt(found.weight)[:, None, None]
+    fitted = [found.model.names.index(name) for name in found.fitted]
+    q = np.round(data.cases.q, 9)
+    return Linearised(
+        rows=whitener @ _rows(found, data)[:, :, fitted],
+        residual=np.einsum("rij,rj->ri", whitener, found.residual),
+        information=found.information,
+        whitener=whitener,
+        group=ranks_of_rows(q)[data.case],
+    )
+
+
+def _rows(found: Identification, data: Measurements) -> Array:
+    """(R, 3, c) derivatives of the readings in all compliances of the model."""
+    arm = replace(found.arm, springs=found.model.springs, tool=data.tool)
+    if found.how.linear:
+        return linear_rows(arm, data)
+    return _read(deflection_and_gradient(arm, found.model.compliance, data.cases)[1], data)
+
+
+def linear_rows(arm: ElasticArm, data: Measurements) -> Array:
+    """(R, 3, p) rows of the linear model for the readings."""
+    return _read(regressor(arm, data.cases), data)
+
+
+def _read(gradient: Array, data: Measurements) -> Array:
+    """(R, 3, p) of what is (N, 3T, p): that of the targets read."""
+    shape = (len(data.cases), len(data.tool.targets), 3, -1)
+    return np.asarray(gradient.reshape(shape)[data.case, data.marker])
+
+
+def without_bound(found: Identification) -> dict[str, float]:
+    """Compliances as they would be found if none was held at zero, by name; one step from there.
+
+    What a prior says of those held does not count.
+    """
+    fit = linearised(found)
+    held = np.array([name in found.held for name in found.fitted])
+    pull = np.einsum("rip,ri->p", fit.rows, fit.residual)
+    step = fit.covariance @ np.where(held, pull, 0.0)
+    at = found.model.of(found.fitted)
+    return dict(zip(found.fitted, (at + step).tolist(), strict=True))
