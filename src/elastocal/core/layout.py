@@ -69,6 +69,14 @@ class PairKind(IntEnum):
     BOX = 2
 
 
+class Closer(IntEnum):
+    """How near that is."""
+
+    AS_IT_IS = 0
+    BY_FACES = 1
+    BY_REACH = 2
+
+
 class Asked(IntEnum):
     """What the core asks of Python."""
 
@@ -104,6 +112,11 @@ class PlainSolid(ctypes.Structure):
         ("corners", Int),
         ("corner", Pointer),
         ("rounded", Real),
+        ("tips", Int),
+        ("tip", Pointer),
+        ("round", Int),
+        ("spokes", Real * 6),
+        ("skin", Real),
     )
 
 
@@ -114,7 +127,7 @@ class PlainPair(ctypes.Structure):
         ("kind", Int),
         ("first", Int),
         ("second", Int),
-        ("faced", Int),
+        ("closer", Int),
         ("pose", Real * 12),
         ("half", Real * 3),
     )

@@ -99,7 +99,8 @@ class LoadCaseSpace:
 
     def parts(self, count: int) -> int:
         """Into how many parts to divide load cases for several cores; 1 where one is fast."""
-        if not any(constraint.one_by_one for constraint in self.constraints):
+        asked = self.constraints if self.core is None else self.core.foreign
+        if not any(constraint.one_by_one for constraint in asked):
             return 1
         return min(max(count // _PART, 1), _PARTS)
 

@@ -33,8 +33,9 @@ from elastocal.constraints import (
 from elastocal.constraints.collision.distance import Pairs
 from elastocal.constraints.collision.shell import far_apart_first
 from elastocal.constraints.collision.solid import Solid
+from elastocal.constraints.collision.support import spanned
 from elastocal.core import layout
-from elastocal.core.layout import LoadKind, MarginKind, Memory, PairKind
+from elastocal.core.layout import Closer, LoadKind, MarginKind, Memory, PairKind
 from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, Load
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.unknowns import Unknowns
@@ -193,17 +194,21 @@ class PlainSpaceOf:
         return layout.PlainMargin(kind=kind, along=_placed(self._directions, axis), **numbers)
 
     def _pairs(self, pairs: Pairs) -> list[layout.PlainPair]:
-        start = self._placed_solids(pairs.solids, faced=bool(pairs.faced.any()))
+        start = self._placed_solids(pairs.solids, pairs)
         found = []
         for (first, second), faced in zip(pairs.index, pairs.faced, strict=True):
             pair = _pair(start + first, start + second, pairs.solids[second])
-            pair.faced = int(faced)
+            if not (pairs.exact[first] and pairs.exact[second]):
+                pair.closer = Closer.BY_REACH
+            elif faced:
+                pair.closer = Closer.BY_FACES
             found.append(pair)
         return found
 
-    def _placed_solids(self, solids: Sequence[Solid], *, faced: bool = False) -> int:
-        """The number that the first of them has now; faces and corners if they are `faced`."""
+    def _placed_solids(self, solids: Sequence[Solid], pairs: Pairs | None = None) -> int:
+        """The number that the first of them has now; with all that some pairs ask of them."""
         start = len(self._solids)
+        faced, closed = pairs is not None and pairs.faced.any(), pairs is None or pairs.closed
         for solid in solids:
             ends = tuple(np.ravel(solid.segment))
             plain = layout.PlainSolid(solid.body, ends, solid.radius, solid.ball)
@@ -213,6 +218,11 @@ class PlainSpaceOf:
                 plain.face = self._memory.reals(shell.faces)
                 plain.corners = len(shell.corners)
                 plain.corner = self._memory.reals(far_apart_first(shell.corners))
+            if not closed and solid.kind != "plane":
+                span = spanned(solid)
+                plain.tips, plain.tip = len(span.points), self._memory.reals(span.points)
+                plain.round, plain.spokes = int(span.spokes.any()), tuple(np.ravel(span.spokes))
+                plain.skin = span.skin
             self._solids.append(plain)
         return start
 
@@ -225,7 +235,7 @@ def _pair(first: int, second: int, other: Solid) -> layout.PlainPair:
     if other.boxed:
         pose = tuple(other.box_pose[:3].T.ravel())
         half = tuple(other.half)
-        return layout.PlainPair(PairKind.BOX, first, second, 0, pose, half)
+        return layout.PlainPair(PairKind.BOX, first, second, pose=pose, half=half)
     return layout.PlainPair(PairKind.SEGMENT, first, second)
 
 
@@ -239,8 +249,8 @@ def _placed(known: list[Array], wanted: Array) -> int:
 
 
 def _is_known(pairs: Pairs) -> bool:
-    """Whether the core knows all that can be near: there is no solid of another form inside."""
-    return pairs.closed and all(len(solid.faces) <= layout.MOST_FACES for solid in pairs.solids)
+    """Whether the core has room for what stands in for the shapes."""
+    return all(len(solid.faces) <= layout.MOST_FACES for solid in pairs.solids)
 
 
 def _making(unknowns: Unknowns, memory: Memory) -> dict[str, int]:

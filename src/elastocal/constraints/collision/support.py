@@ -7,11 +7,41 @@ around them part is nearly that.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from elastocal.arrays import Array, IntArray
+from elastocal.constraints.collision.shell import box_shell
 from elastocal.constraints.collision.solid import Solid
 from elastocal.robot.posture import Posture
+
+
+class Spanned(NamedTuple):
+    """The hull of points, widened by a disc and thickened by a skin; in the frame of a body.
+
+    Attributes:
+        points: (P, 3) [m].
+        spokes: (2, 3) two radii of the disc, square to each other; zero if there is none [m].
+        skin: How thick the skin is [m].
+    """
+
+    points: Array
+    spokes: Array
+    skin: float
+
+
+def spanned(solid: Solid) -> Spanned:
+    """A solid that is no plane, as what determines how far it reaches in any direction."""
+    turn, size = solid.pose[:3, :3], solid.size
+    points, rim, skin = solid.vertices, 0.0, 0.0
+    if solid.kind == "box":
+        points = box_shell(0, np.eye(4), size / 2.0).corners
+    elif solid.kind != "hull":  # about z, of a length that a sphere does not have
+        half = size[1] / 2.0 if len(size) > 1 else 0.0
+        points = np.array([[0.0, 0.0, -half], [0.0, 0.0, half]])
+        rim, skin = (size[0], 0.0) if solid.kind == "cylinder" else (0.0, size[0])
+    return Spanned(points @ turn.T + solid.pose[:3, 3], rim * turn[:, :2].T, float(skin))
 
 
 def largest(posture: Posture, solid: Solid, case: IntArray, direction: Array) -> Array:

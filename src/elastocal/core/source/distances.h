@@ -6,6 +6,7 @@
 #define ELASTOCAL_DISTANCES_H
 
 #include "chain.h"
+#include "convex.h"
 
 static void place_solids(const Space *s, Place *p) {
     for (int64_t i = 0; i < s->solids; i++) {
@@ -16,21 +17,6 @@ static void place_solids(const Space *s, Place *p) {
 }
 
 INLINE lanes share(lanes a) { return between(a, every(0.0), every(1.0)); }
-
-/* A unit vector square to u and v, to u alone where they are parallel, else any. */
-static vector square_to(vector u, vector v) {
-    const vector x = {every(1.0), every(0.0), every(0.0)}, y = {every(0.0), every(1.0), every(0.0)};
-    vector found = {every(0.0), every(0.0), every(1.0)};
-    lanes least = 1e-12 * (1.0 + root(dot(u, u)));
-    const vector others[] = {y, x, v};
-    for (int i = 0; i < 3; i++) {
-        vector normal = cross(u, others[i]);
-        lanes length = root(dot(normal, normal));
-        mask fine = length > least;
-        found = pick_vector(fine, times(1.0 / pick(fine, length, every(1.0)), normal), found);
-    }
-    return found;
-}
 
 /* Closest points of the segments a-b and c-d. */
 static Nearest between_segments(vector a, vector b, vector c, vector d) {
@@ -349,9 +335,13 @@ static lanes nearest_pair(const Space *s, const Margin *g, const Place *p) {
         n.distance -= radius;
         if (!any(n.distance < best)) continue;
         n.first = minus(n.first, times(radius, n.normal));
-        if (pair->faced && pair->kind == A_PLANE) lift_by_corners(p, one, pair->pose, &n);
-        if (pair->faced && pair->kind != A_PLANE)
-            part_by_faces(s, p, pair, best, &n, hints + 2 * k);
+        if (pair->closer == BY_REACH) {
+            if (pair->kind == A_PLANE) drop_by_reach(p, one, pair->pose, &n);
+            else part_by_reach(p, one, two, best, &n);
+        } else if (pair->closer == BY_FACES) {
+            if (pair->kind == A_PLANE) lift_by_corners(p, one, pair->pose, &n);
+            else part_by_faces(s, p, pair, best, &n, hints + 2 * k);
+        }
         mask nearer = n.distance < best;
         best = pick(nearer, n.distance, best);
         if (any(nearer)) {

@@ -40,7 +40,8 @@ enum {
 };
 
 /* A solid that one body carries: within a radius of a segment, and of the hull of its corners
- * within another one; below its faces. */
+ * within another one; below its faces. What it is without these bounds is the hull of its tips,
+ * widened by a disc if it is round and thickened by a skin. */
 typedef struct {
     int64_t body;
     double ends[6]; /* start, end, in the frame of the body */
@@ -51,15 +52,23 @@ typedef struct {
     int64_t corners;
     const double *corner; /* (corners, 3) far apart ones first */
     double rounded;       /* the radius about the corners */
+    int64_t tips;
+    const double *tip; /* (tips, 3) */
+    int64_t round;
+    double spokes[6]; /* two radii of the disc, square to each other */
+    double skin;
 } Solid;
 
 /* What a segment is near to. */
 enum { A_SEGMENT, A_PLANE, A_BOX };
 
+/* How near it is then: as it is, by the faces, or by how far the solids reach. */
+enum { AS_IT_IS, BY_FACES, BY_REACH };
+
 typedef struct {
     int64_t kind;
     int64_t first, second; /* solids; a beam has no first, a plane no second */
-    int64_t faced;         /* faces may show more distance than capsules and boxes do */
+    int64_t closer;        /* what may show more distance than capsules and boxes do */
     double pose[12];       /* PLANE, BOX: the axes one by one, then the origin */
     double half[3];        /* BOX: half its sides */
 } Pair;
