@@ -56,7 +56,7 @@ _PUBLIC = {
     "Effort": "elastocal.design.exact",
     "Certificate": "elastocal.planning.certificate",
     "lower_bound": "elastocal.planning.certificate",
-    "Done": "elastocal.study.study",
+    "Done": "elastocal.study.before",
     "done": "elastocal.planning.remaining",
     "remaining": "elastocal.planning.remaining",
     "write_plan": "elastocal.files.plans.plan_file",

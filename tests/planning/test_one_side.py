@@ -18,7 +18,8 @@ from elastocal.planning.plain_values import simplify
 from elastocal.planning.remaining import knowing
 from elastocal.robot.chain import Robot, transform
 from elastocal.robot.sources import three_link
-from elastocal.study.study import Done, Study
+from elastocal.study.before import Done
+from elastocal.study.study import Study
 from tests.paper.problems import any_direction, cone, kr270, three_link_study
 from tests.paper.published import A0
 from tests.test_examples import ROOT

@@ -12,10 +12,11 @@ from elastocal.arrays import unset
 from elastocal.elastic.compliance_model import refuse_other_springs
 from elastocal.elastic.springs import VirtualJoints, merged, subset
 from elastocal.errors import InputError
+from elastocal.study.before import CarriedOut
 from elastocal.study.criteria import CRITERIA
 from elastocal.study.known import Known
 from elastocal.study.left_rigid import counted, left_rigid
-from elastocal.study.study import CarriedOut, TestPose
+from elastocal.study.study import TestPose
 from elastocal.study.test_path import test_path
 from elastocal.study.two_steps import with_known
 from elastocal.wording import worded

@@ -60,9 +60,9 @@ def _others(proposal: Proposal, study: Study) -> list[str]:
     for path, digest in study.path_hashes.items():
         if proposal.path_hashes.get(path, digest) != digest:
             found.append(f"for another content of {path}")
-    prior = "" if study.carried_out is None else study.carried_out.sha256
+    prior = study.prior_file[1]
     if proposal.prior_hash and prior and proposal.prior_hash != prior:
-        found.append("after another prior plan")
+        found.append(f"after another prior {'plan' if study.earlier is None else 'model'}")
     return found
 
 

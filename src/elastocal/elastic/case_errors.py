@@ -56,6 +56,17 @@ class CaseErrors:
                 raise InputError(f"{name} must be zero or more and finite, found {size}")
 
     @property
+    def scaled(self) -> bool:
+        """Whether some are shares of deflections, or deflections of turned loads."""
+        given = replace(self, discrepancy_length=0.0, repeatability=0.0)
+        return given.any
+
+    @property
+    def any(self) -> bool:
+        """Whether there are any."""
+        return self.any_shared or self.any_own or self.any_common
+
+    @property
     def any_shared(self) -> bool:
         """Whether repeats of a load case share an error."""
         return max(self.friction, self.discrepancy, self.discrepancy_length) > 0.0

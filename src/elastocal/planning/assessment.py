@@ -19,6 +19,7 @@ from elastocal.elastic.springs import VirtualJoints
 from elastocal.errors import Code, Doubt
 from elastocal.matrices import rank_of, scaled_inverse
 from elastocal.motion.margins import Vias, motion_violations
+from elastocal.planning.promise import Promise, promise
 from elastocal.robot.joint_kinds import PRISMATIC, REVOLUTE
 from elastocal.robot.posture import Posture
 from elastocal.study.criteria import RHO0, losses
@@ -70,6 +71,8 @@ class Assessment:
         covariance: (f, f) covariance of all that is fitted [(rad/(N·m))²]; infinite if singular.
         nearest: Nearest constraint of every load case.
         violations: Every broken constraint and every load that is not allowed.
+        promise: What is promised when all nuisance counts; None if the study knows none. Of it ρ0
+            and what else is above count the unknowns, and not the errors of load cases.
     """
 
     rho0: float
@@ -81,6 +84,7 @@ class Assessment:
     covariance: Array
     nearest: tuple[Nearest, ...]
     violations: tuple[Doubt, ...]
+    promise: Promise | None = None
 
     @property
     def identifiable(self) -> bool:
@@ -121,6 +125,7 @@ def assess(study: Study, cases: LoadCases, repeats: IntArray) -> Assessment:
         covariance=frozen(covariance),
         nearest=nearest,
         violations=violations,
+        promise=promise(study, cases, repeats, total),
     )
 
 

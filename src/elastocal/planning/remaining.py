@@ -18,7 +18,8 @@ from elastocal.errors import InputError
 from elastocal.measuring.measurements import Measurements
 from elastocal.measuring.whitening import noise_factors
 from elastocal.planning.plain_values import simplify
-from elastocal.study.study import Done, Study
+from elastocal.study.before import Done
+from elastocal.study.study import Study
 from elastocal.wording.numbers import bounded
 
 _APART = np.radians(1.0)  # distance from a measured configuration that makes another one

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from elastocal.arrays import Array, BoolArray, IntArray, freeze, frozen, unset
+from elastocal.arrays import Array, BoolArray, freeze, frozen, unset
 from elastocal.constraints import Clearance, Constraint, HeldJoint, JointLimit
 from elastocal.elastic.allowed_loads import FixedVector, Load
 from elastocal.elastic.arm import ElasticArm
@@ -27,6 +27,7 @@ from elastocal.motion.space import MotionSpace
 from elastocal.robot.chain import Robot, Tool
 from elastocal.robot.controller_axes import Coupling, uncoupled
 from elastocal.robot.pose_check import KnownPose
+from elastocal.study.before import CarriedOut, Done, Earlier
 from elastocal.study.experiment_space import LoadCaseSpace
 from elastocal.study.known import Known
 from elastocal.study.test_path import TestPath
@@ -113,47 +114,6 @@ class Experiments:
 
 
 @dataclass(frozen=True)
-class Done:
-    """What was measured before this plan.
-
-    Attributes:
-        source: File of the measurements.
-        sha256: Its hash.
-        experiments: How many experiments it has.
-        cases: Their distinct configurations, each with a wrench.
-        information: (p, p) information of their readings [(N·m/rad)²].
-    """
-
-    source: str
-    sha256: str
-    experiments: int
-    cases: LoadCases
-    information: Array
-
-
-@dataclass(frozen=True)
-class CarriedOut:
-    """A plan that was carried out before, as prior information.
-
-    Attributes:
-        cases: Its load cases.
-        repeats: (N,) how often each was measured.
-        source: File it was read from, as it was named; empty if there is none.
-        sha256: Hash of that file.
-    """
-
-    cases: LoadCases
-    repeats: IntArray
-    source: str = ""
-    sha256: str = ""
-
-    def information(self, space: LoadCaseSpace) -> Array:
-        """(p, p) its information on the p unknowns of `space` [(N·m/rad)²]."""
-        each = space.information(self.cases)
-        return np.asarray(np.einsum("i,ijk->jk", self.repeats.astype(float), each))
-
-
-@dataclass(frozen=True)
 class Study:
     """A calibration campaign to be planned.
 
@@ -178,6 +138,7 @@ class Study:
         known: Springs that bend besides, as an earlier campaign found them; `prior` counts it
             already, and test poses see them: see `two_steps.with_known`.
         carried_out: A plan that was carried out before; `prior` counts it already.
+        earlier: What an earlier campaign found of the springs; `prior` counts it already.
         nuisance: What moves readings and tools besides, that nobody asks for; `prior` counts its
             priors already, and test poses see it: see `two_steps.with_nuisance`.
         endless: (2, n) which limits nobody gave: the joint turns without end; found out if not
@@ -202,6 +163,7 @@ class Study:
     done: Done | None = None
     known: Known | None = None
     carried_out: CarriedOut | None = None
+    earlier: Earlier | None = None
     nuisance: Nuisance | None = None
     endless: BoolArray = field(default_factory=lambda: frozen([], np.bool_))
 
@@ -231,6 +193,14 @@ class Study:
         """Hashes of the files of the test paths, by the names the study has for them."""
         paths = (pose for pose in self.test_poses if isinstance(pose, TestPath))
         return {path.source: path.sha256 for path in paths if path.source}
+
+    @property
+    def prior_file(self) -> tuple[str, str]:
+        """The file that the prior is from, as it is named, and its hash; empty if there is none."""
+        for before in (self.carried_out, self.earlier):
+            if before is not None:
+                return before.source, before.sha256
+        return "", ""
 
     @property
     def only_path(self) -> TestPath | None:

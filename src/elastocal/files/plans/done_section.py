@@ -17,7 +17,7 @@ from elastocal.files.plans.load_case_entries import (
 from elastocal.files.sections import NOTHING, Before, PartSection
 from elastocal.matrices import is_information, is_symmetric
 from elastocal.robot.chain import Robot
-from elastocal.study.study import Done
+from elastocal.study.before import Done
 
 
 def square(rows: Any) -> list[list[float]]:

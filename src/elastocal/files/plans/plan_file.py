@@ -212,8 +212,8 @@ def _origin(study: Study) -> dict[str, Any]:
     }
     if study.robot.sha256:
         origin["robot_sha256"] = study.robot.sha256
-    if study.carried_out is not None and study.carried_out.sha256:
-        origin["prior_sha256"] = study.carried_out.sha256
+    if study.prior_file[1]:
+        origin["prior_sha256"] = study.prior_file[1]
     if study.path_hashes:
         origin["paths_sha256"] = study.path_hashes
     return origin

@@ -31,9 +31,10 @@ from elastocal.files.texts import read_text
 from elastocal.planning.remaining import knowing
 from elastocal.robot.chain import Robot
 from elastocal.robot.joint_kinds import KINDS
+from elastocal.study.before import Done
 from elastocal.study.criteria import CRITERIA, RENAMED, RHO0
 from elastocal.study.known import Known
-from elastocal.study.study import Done, Study, with_count
+from elastocal.study.study import Study, with_count
 from elastocal.study.two_steps import with_known
 
 _TORQUES = ("Tx", "Ty", "Tz")

@@ -32,9 +32,10 @@ def study_in(document: dict[str, Any], plan: Path) -> Study:
     files = [
         (f"the robot file of {study.robot.name!r}", origin.get("robot_sha256"), study.robot.sha256)
     ]
-    if study.carried_out is not None:
-        prior = study.carried_out
-        files.append((f"the prior plan {prior.source!r}", origin.get("prior_sha256"), prior.sha256))
+    source, sha256 = study.prior_file
+    if source:
+        what = "plan" if study.earlier is None else "model"
+        files.append((f"the prior {what} {source!r}", origin.get("prior_sha256"), sha256))
     for name, digest in (origin.get("paths_sha256") or {}).items():
         files.append((f"path {name!r}", digest, study.path_hashes.get(name, digest)))
     for what, then, now in files:

@@ -8,25 +8,30 @@ from pathlib import Path
 import numpy as np
 
 from elastocal.arrays import Array
+from elastocal.elastic.compliance_model import refuse_other_springs, rows_of
 from elastocal.errors import ElastocalError, InputError
 from elastocal.files.sections import Section, fields_of
 from elastocal.files.texts import file_hash
 from elastocal.files.values import FileName, Name, Number, Positive
 from elastocal.files.yaml_lines import LocatedError
 from elastocal.matrices import is_information, is_symmetric
-from elastocal.study.study import CarriedOut, Study
+from elastocal.study.before import CarriedOut, Earlier
+from elastocal.study.study import Study
 
 
 class PriorFile(Section):
-    """What is known before: one of three ways to say it."""
+    """What is known before: one of four ways to say it."""
 
     plan: FileName | None = None
+    model: FileName | None = None
     standard_error_rad_per_Nm: dict[Name, Positive] | None = None
     information_N2m2: list[list[Number]] | None = None
 
 
 def with_prior(study: Study, entry: PriorFile, folder: Path) -> Study:
     """The study with what is known of its compliances before the campaign."""
+    if _given(entry) == ["model"]:
+        return _after_model(study, str(entry.model), folder)
     if entry.plan is None or _given(entry) != ["plan"]:
         return replace(study, prior=_information(study, entry))
     from elastocal.files.plans.proposal_file import read_proposal
@@ -44,6 +49,33 @@ def with_prior(study: Study, entry: PriorFile, folder: Path) -> Study:
     digest = file_hash(folder / entry.plan)
     carried_out = CarriedOut(proposal.load_cases, proposal.repeats, entry.plan, digest)
     return replace(study, prior=carried_out.information(study.space), carried_out=carried_out)
+
+
+def _after_model(study: Study, name: str, folder: Path) -> Study:
+    """The study after a campaign that found springs which it identifies again."""
+    from elastocal.files.models.model_file import read_model
+
+    names = study.springs.names
+    try:
+        model = read_model(folder / name, study.robot)
+        shared = [spring for spring in names if spring in model.names]
+        exact = [spring for spring in shared if spring not in model.uncertain]
+        if not shared:
+            raise InputError(
+                f"{name}: knows {', '.join(model.names)}, and none of what is identified here, "
+                f"{', '.join(names)}"
+            )
+        if exact:
+            raise InputError(
+                f"{name}: gives no standard error of {exact[0]}, which is identified here; without "
+                "one nothing is left to identify"
+            )
+        refuse_other_springs(model, study.springs)
+        rows = rows_of(model, shared, names)
+    except ElastocalError as error:
+        raise LocatedError(("model",), f"prior model: {error}") from None
+    earlier = Earlier(model, name, file_hash(folder / name))
+    return replace(study, prior=rows.T @ rows, earlier=earlier)
 
 
 def _given(entry: PriorFile) -> list[str]:

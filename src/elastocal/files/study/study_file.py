@@ -16,6 +16,7 @@ from elastocal.files.sections import Section, SectionError, fresh
 from elastocal.files.study.constraints import ConstraintsFile, constraints_of, limits_of
 from elastocal.files.study.experiments import ExperimentsFile, experiments_of
 from elastocal.files.study.instrument import InstrumentFile, instrument_of
+from elastocal.files.study.nuisance import NuisanceFile, Told, nuisance_of
 from elastocal.files.study.obstacles import Cell, clearances_of
 from elastocal.files.study.pace import CampaignFile, MotionFile, pace_of
 from elastocal.files.study.prior import PriorFile, with_prior
@@ -33,7 +34,7 @@ from elastocal.files.study.test_poses import Surroundings, TestPoseFile, test_po
 from elastocal.files.study.tools import ToolFile, tool_of
 from elastocal.files.study.view import view_of
 from elastocal.files.texts import is_version, read_text
-from elastocal.files.values import FileName, Name, Vector
+from elastocal.files.values import Either, FileName, Name, Vector
 from elastocal.files.yaml_lines import Located, LocatedError, at, parse
 from elastocal.robot.chain import Robot
 from elastocal.robot.joint_room import outside
@@ -42,7 +43,7 @@ from elastocal.study.criteria import CRITERIA
 from elastocal.study.known import Known
 from elastocal.study.study import Study, TestPose, check_weights, springs_of
 from elastocal.study.test_path import TestPath
-from elastocal.study.two_steps import with_known
+from elastocal.study.two_steps import with_known, with_nuisance
 
 if TYPE_CHECKING:
     from elastocal.files.study.known import KnownOf
@@ -66,6 +67,7 @@ class StudyFile(Section):
     criterion: Name = "test-pose"
     prior: PriorFile | None = None
     known: FileName | None = None
+    nuisance: Either[Literal["none", "typical"], NuisanceFile] | None = None
     motion: MotionFile | None = None
     campaign: CampaignFile | None = None
     gravity_m_s2: Vector | None = None
@@ -101,7 +103,7 @@ def named_files(text: str, path: Path) -> list[Path]:
     names = [
         file.robot.urdf if isinstance(file.robot, UrdfRobotFile) else None,
         file.known,
-        None if file.prior is None else file.prior.plan,
+        *(() if file.prior is None else (file.prior.plan, file.prior.model)),
         *(pose.path for pose in file.test_poses),
         *(obstacle.mesh for obstacle in file.constraints.obstacles or ()),
     ]
@@ -206,7 +208,16 @@ def _study(file: StudyFile, path: Path, text: str, given: KnownOf | None) -> Stu
         with at("prior"):
             study = with_prior(study, file.prior, path.parent)
     with at("known") if given is None else nullcontext():
-        return with_known(study, before)
+        study = with_known(study, before)
+    with at("nuisance"):
+        return with_nuisance(study, nuisance_of(file.nuisance, robot, _told(file, study)))
+
+
+def _told(file: StudyFile, study: Study) -> Told:
+    """What the study names that says how soft the joints are."""
+    earlier = () if study.earlier is None else (study.earlier.model,)
+    known = () if study.known is None or file.known is None else (study.known.model,)
+    return Told(file.robot if isinstance(file.robot, str) else "", (*known, *earlier))
 
 
 def _known(robot: Robot, file: StudyFile, path: Path) -> Known | None:

@@ -55,7 +55,11 @@ def robot_of(contents: Contents) -> Robot | None:
 
 def _before(study: Study) -> list[tuple[str, str]]:
     """Files with what the plan counts as known before, and of its paths, with their hashes."""
-    parts = {"Known": study.known, "Prior": study.carried_out, "Measured before": study.done}
+    parts = {
+        "Known": study.known,
+        "Prior": study.carried_out or study.earlier,
+        "Measured before": study.done,
+    }
     named = [(name, part.source, part.sha256) for name, part in parts.items() if part is not None]
     named += [("Path", source, sha256) for source, sha256 in study.path_hashes.items()]
     rows = []

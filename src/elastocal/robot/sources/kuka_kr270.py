@@ -21,6 +21,8 @@ _JOINTS = (  # name, axis at home, origin from the previous joint [m], limits [d
     ("A5", (0, 1, 0), (1.100, 0.0, 0.0), (-122.5, 122.5)),
     ("A6", (-1, 0, 0), (0.0, 0.0, 0.0), (-350.0, 350.0)),
 )
+USUAL = (0.623e-6, 0.302e-6, 0.406e-6, 3.002e-6, 3.303e-6, 2.365e-6)
+"""Compliances of the order published for heavy six-axis robots [rad/(N·m)]: those of no robot."""
 _MILLING = (0.986, 0.0, 0.0)
 _CALIBRATION = (0.6115, 0.0, -0.460)
 

@@ -1,0 +1,207 @@
+"""What a plan promises when nuisance counts, and what the same plan would promise without.
+
+In: a study that knows nuisance, load cases with repeats. Out: ρ0 with everything in it, ρ0 without
+any nuisance, and what no calibration takes away.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from elastocal.arrays import Array, IntArray, frozen
+from elastocal.elastic.arm import ElasticArm
+from elastocal.elastic.case_errors import (
+    CaseErrors,
+    common_columns,
+    own_covariance,
+    shared_covariance,
+)
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.elastic.nuisance import Nuisance
+from elastocal.elastic.regressor import regressor
+from elastocal.elastic.springs import joint_springs
+from elastocal.matrices import rank_of, scaled_inverse
+from elastocal.robot.posture import Posture
+from elastocal.study.left_rigid import counted
+from elastocal.study.study import Study, TestPose
+from elastocal.study.test_path import TestPath
+
+
+@dataclass(frozen=True)
+class Promise:
+    """What a plan is worth when nuisance counts; lengths in metres.
+
+    Attributes:
+        rho0: Root mean square position error after compensation of all that is fitted, nuisance
+            too, with the errors of load cases in the readings.
+        rho0_each: The same at each test pose.
+        standard_error: (p,) standard errors of the compliances to identify [rad/(N·m) or m/N].
+        without: ρ0 if there were no nuisance: what a plan claims that knows none.
+        uncompensated: What the springs of the nuisance move the tool at the test poses, by their
+            priors, if nobody compensates it.
+        friction: Floor: what friction leaves at the test poses; no calibration takes it away.
+        discrepancy: Floor: the same of what no model explains.
+        repeatability: Floor: the same of where the robot comes back to.
+    """
+
+    rho0: float
+    rho0_each: tuple[float, ...]
+    standard_error: Array
+    without: float
+    uncompensated: float
+    friction: float
+    discrepancy: float
+    repeatability: float
+
+
+def promise(
+    study: Study, cases: LoadCases, repeats: IntArray, information: Array
+) -> Promise | None:
+    """What load cases, each measured `repeats` times, promise; None if the study knows no nuisance.
+
+    What was measured before counts with the noise of its instrument alone.
+
+    Args:
+        study: The study.
+        cases: S load cases.
+        repeats: (S,) repeats.
+        information: (f, f) information on all that is fitted by the noise of the instrument alone.
+
+    Source: ours; Σ Aᵀ (V / n + S_shared + S_own / n)⁻¹ A, common errors as further unknowns.
+    """
+    nuisance = study.nuisance
+    if nuisance is None:
+        return None
+    own = [study.fitted.names.index(name) for name in study.sought.names]
+    beside = [study.fitted.names.index(name) for name in nuisance.names]
+    plain = _inverse(information[np.ix_(own, own)])
+    blocks = [pose.regressors for pose in study.test_poses]
+    covariance = _with_errors(study, nuisance, cases, repeats, information)
+    further = covariance.shape[0] - len(study.fitted)
+    seen = [
+        np.concatenate([a, _common_at(study, nuisance, pose, further)], axis=2)
+        for a, pose in zip(blocks, study.test_poses, strict=True)
+    ]
+    missed = [_other_cell(study, nuisance, pose) for pose in study.test_poses]
+    each = np.array([_square(a, covariance) + m for a, m in zip(seen, missed, strict=True)])
+    prior = np.diag(nuisance.deviation**2)
+    errors = nuisance.errors
+    floors = [
+        _floor(study, nuisance, CaseErrors(friction=errors.friction)),
+        _floor(
+            study,
+            nuisance,
+            CaseErrors(
+                discrepancy=errors.discrepancy, discrepancy_length=errors.discrepancy_length
+            ),
+        ),
+    ]
+    return Promise(
+        rho0=_root(study, each),
+        rho0_each=tuple(np.sqrt(each).tolist()),
+        standard_error=frozen(np.sqrt(np.diagonal(covariance))[study.wanted]),
+        without=_root(study, np.array([_square(a[:, :, own], plain) for a in blocks])),
+        uncompensated=_root(study, np.array([_square(a[:, :, beside], prior) for a in blocks])),
+        friction=floors[0],
+        discrepancy=floors[1],
+        repeatability=float(np.sqrt(3.0) * errors.repeatability),
+    )
+
+
+def _with_errors(
+    study: Study, nuisance: Nuisance, cases: LoadCases, repeats: IntArray, information: Array
+) -> Array:
+    """(f + e, f + e) covariance of what is fitted and of e common errors, in their units of one."""
+    errors = nuisance.errors
+    if not errors.any:
+        return _inverse(information)
+    arm, count = study.fitted_arm, repeats.astype(float)[:, None, None]
+    joints = replace(arm, springs=joint_springs(study.robot))
+    rows = study.fitted.columns(regressor(arm, cases))
+    noise = _noise(study, cases) / count
+    noise += shared_covariance(errors, joints, nuisance.nominal, cases)
+    noise += own_covariance(errors, joints, nuisance.nominal, cases) / count
+    _, common = common_columns(errors, joints, nuisance.nominal, cases)
+    rows = np.concatenate([rows, common], axis=2)
+    white = np.linalg.solve(np.linalg.cholesky(noise), rows)
+    total = np.einsum("nri,nrj->ij", white, white)
+    f = len(study.fitted)
+    total[:f, :f] += study.prior
+    total[f:, f:] += np.eye(len(total) - f)
+    return _inverse(total)
+
+
+def _noise(study: Study, cases: LoadCases) -> Array:
+    """(N, m, m) covariance of what the instrument reads of each load case."""
+    posture, tool = Posture(study.robot, cases.q), study.experiments.tool
+    points = np.stack([posture.point(marker).T for marker in tool.markers], axis=1)
+    parts = study.instrument.covariances(points)
+    noise = np.zeros((len(cases), 3 * parts.shape[1], 3 * parts.shape[1]))
+    for t in range(parts.shape[1]):
+        noise[:, 3 * t : 3 * t + 3, 3 * t : 3 * t + 3] = parts[:, t]
+    return noise
+
+
+def _inverse(information: Array) -> Array:
+    """Its inverse; infinite where it is singular."""
+    if rank_of(information) < len(information):
+        return np.full_like(information, np.inf)
+    return np.asarray(scaled_inverse(information[None])[0])
+
+
+def _square(blocks: Array, covariance: Array) -> float:
+    """Mean square of what blocks (N, r, p) make of unknowns with this covariance."""
+    if not np.isfinite(covariance).all():
+        return float("inf")
+    return float(((blocks @ covariance) * blocks).sum(axis=(1, 2)).mean())
+
+
+def _root(study: Study, squares: Array) -> float:
+    """Root of the mean of squares over the test poses, by their weights."""
+    shares = study.shares
+    return float(np.sqrt(shares[shares > 0.0] @ squares[shares > 0.0]))
+
+
+def _common_at(study: Study, nuisance: Nuisance, pose: TestPose | TestPath, count: int) -> Array:
+    """(N, r, e) how common errors of the loads move the tool of a test pose.
+
+    With the cell of the campaign the process force is as wrong as the loads were: by as much as the
+    compliances are too small. Nothing of the direction of the loads is in the task.
+    """
+    found = np.zeros((*pose.regressors.shape[:2], count))
+    if nuisance.errors.common_gain > 0.0 and nuisance.errors.process_force == "same":
+        found[:, :, 0] = nuisance.errors.common_gain * _compensated(study, nuisance, pose)
+    return found
+
+
+def _other_cell(study: Study, nuisance: Nuisance, pose: TestPose | TestPath) -> float:
+    """Mean square that another cell for the process force adds [m²]; as good as the first."""
+    if nuisance.errors.process_force != "other":
+        return 0.0
+    moved = nuisance.errors.common_gain * _compensated(study, nuisance, pose)
+    return float((moved**2).sum(axis=1).mean())
+
+
+def _compensated(study: Study, nuisance: Nuisance, pose: TestPose | TestPath) -> Array:
+    """(N, r) deflection at a test pose by the joints that the study takes into account."""
+    if pose.cases is None or pose.tool is None:
+        return np.zeros(pose.regressors.shape[:2])
+    names = study.robot.joint_names
+    compliance = nuisance.nominal * [float(name in counted(study)) for name in names]
+    arm = ElasticArm(study.robot, joint_springs(study.robot), pose.tool.at_tcp, study.gravity)
+    return np.asarray(regressor(arm, pose.cases) @ compliance)
+
+
+def _floor(study: Study, nuisance: Nuisance, errors: CaseErrors) -> float:
+    """Root mean square of errors that are new with every load case, at the test poses [m]."""
+    squares = []
+    for pose in study.test_poses:
+        if pose.cases is None or pose.tool is None:
+            squares.append(0.0)
+            continue
+        arm = ElasticArm(study.robot, joint_springs(study.robot), pose.tool.at_tcp, study.gravity)
+        found = shared_covariance(errors, arm, nuisance.nominal, pose.cases)
+        squares.append(float(np.trace(found, axis1=1, axis2=2).mean()))
+    return _root(study, np.array(squares))
