@@ -77,7 +77,7 @@ class NuisanceFile(Section):
 
 
 @dataclass(frozen=True)
-class Told:
+class KnownJoints:
     """What else says how soft the joints are.
 
     Attributes:
@@ -90,7 +90,7 @@ class Told:
 
 
 def nuisance_of(
-    entry: Literal["none", "typical"] | NuisanceFile | None, robot: Robot, told: Told
+    entry: Literal["none", "typical"] | NuisanceFile | None, robot: Robot, told: KnownJoints
 ) -> Nuisance | None:
     """The nuisance of a study; None if there is none.
 
@@ -166,7 +166,9 @@ def _errors(entry: NuisanceFile) -> CaseErrors:
     return CaseErrors(**sizes, process_force=_CELLS[load.process_force])
 
 
-def _nominal(entry: NuisanceFile, robot: Robot, told: Told) -> tuple[Array, str, tuple[str, ...]]:
+def _nominal(
+    entry: NuisanceFile, robot: Robot, told: KnownJoints
+) -> tuple[Array, str, tuple[str, ...]]:
     """(n,) compliances of the joints, where they are from, and turning joints that nothing knows.
 
     What says more stands above what says less: the study, models of earlier campaigns, the usual

@@ -16,7 +16,7 @@ from elastocal.files.sections import Section, SectionError, fresh
 from elastocal.files.study.constraints import ConstraintsFile, constraints_of, limits_of
 from elastocal.files.study.experiments import ExperimentsFile, experiments_of
 from elastocal.files.study.instrument import InstrumentFile, instrument_of
-from elastocal.files.study.nuisance import NuisanceFile, Told, nuisance_of
+from elastocal.files.study.nuisance import KnownJoints, NuisanceFile, nuisance_of
 from elastocal.files.study.obstacles import Cell, clearances_of
 from elastocal.files.study.pace import CampaignFile, MotionFile, pace_of
 from elastocal.files.study.prior import PriorFile, with_prior
@@ -213,11 +213,11 @@ def _study(file: StudyFile, path: Path, text: str, given: KnownOf | None) -> Stu
         return with_nuisance(study, nuisance_of(file.nuisance, robot, _told(file, study)))
 
 
-def _told(file: StudyFile, study: Study) -> Told:
+def _told(file: StudyFile, study: Study) -> KnownJoints:
     """What the study names that says how soft the joints are."""
     earlier = () if study.earlier is None else (study.earlier.model,)
     known = () if study.known is None or file.known is None else (study.known.model,)
-    return Told(file.robot if isinstance(file.robot, str) else "", (*known, *earlier))
+    return KnownJoints(file.robot if isinstance(file.robot, str) else "", (*known, *earlier))
 
 
 def _known(robot: Robot, file: StudyFile, path: Path) -> Known | None:
