@@ -165,3 +165,27 @@ def _scaled(information: Array, whole: Array) -> Array:
     seen = diagonal > _BLIND * np.max(diagonal, axis=-1, initial=0.0, keepdims=True)
     root = np.where(seen, 1.0 / np.sqrt(np.where(seen, diagonal, 1.0)), 0.0)
     return np.asarray(information * (root[..., :, None] * root[..., None, :]))
+
+
+def freedom_of(covariance: Array, by_noise: Array, dof: float, rows: Array) -> Array:
+    """Degrees of freedom of combinations of estimates.
+
+    Args:
+        covariance: (p, p) of the estimates.
+        by_noise: (p, p) the part of it that grows with a noise that was found.
+        dof: Degrees of freedom of that noise; infinite if it is known.
+        rows: (K, p) the combinations.
+
+    Returns:
+        (K,), infinite for what rests on no noise that was found.
+
+    Source: Satterthwaite 1946: ν (v / v_d)² with v = cᵀ C c, v_d = cᵀ D c.
+    """
+    whole = np.einsum("kp,pq,kq->k", rows, covariance, rows)
+    noise = np.einsum("kp,pq,kq->k", rows, by_noise, rows)
+    resting = noise > _RESTS * whole
+    ratio = np.where(resting, whole / np.where(resting, noise, 1.0), np.inf)
+    return np.asarray(dof * ratio**2)
+
+
+_RESTS = 1e-9  # share of a variance that may as well be no noise at all

@@ -104,28 +104,35 @@ def campaign(known: bool, prior: bool, *, large: bool = False) -> Tiny:
 @pytest.mark.parametrize("known", [False, True], ids=["all", "known"])
 @pytest.mark.parametrize("how", FITS, ids=label)
 def test_what_holds_for_every_fit(how: Fit, known: bool, prior: bool) -> None:
-    """Covariance symmetric and positive; zero exactly where held; degrees of freedom; interval."""
+    """Covariance symmetric and positive; what is held has a limit; degrees of freedom; interval."""
     tiny = campaign(known, prior)
     found = tiny.fit(how)
     p, held = len(found.identified), np.isin(found.identified, found.held)
     covariance = found.model.covariance
     np.testing.assert_allclose(covariance, covariance.T, rtol=1e-12)
     error = found.standard_error
-    np.testing.assert_array_equal(error[held], 0.0)
+    assert (error > 0.0).all()  # what is held is as uncertain as ever
     np.testing.assert_array_equal(found.compliance[held], 0.0)
-    assert (error[~held] > 0.0).all()
     kept = np.flatnonzero(np.sqrt(np.diagonal(covariance)) > 0.0)
     unit = covariance[np.ix_(kept, kept)] / np.outer(*[np.sqrt(np.diagonal(covariance))[kept]] * 2)
     assert np.linalg.eigvalsh(unit)[0] > 1e-6
     assert found.dof == 60 + p * prior - p
     assert not held.any() or how.nonnegative
     assert (found.compliance >= 0.0).all() or not how.nonnegative
-    assert found.model.dof == (found.dof if how.sigma == "estimated" else np.inf)
-    middle, half = found.interval.mean(axis=1), 0.5 * np.diff(found.interval)[:, 0]
-    np.testing.assert_allclose(middle, found.compliance, atol=1e-15)
-    factor = 1.959964 if how.sigma == "known" else half[~held][0] / error[~held][0]
-    np.testing.assert_allclose(half, factor * error, rtol=1e-6, atol=1e-18)
-    assert 1.95 < factor < 2.01
+    if how.sigma == "known":
+        assert found.model.dof == np.inf
+    elif prior or known:
+        assert 50.0 < found.model.dof <= 60.0
+    else:
+        assert found.model.dof == found.dof
+    middle, half = found.interval.mean(axis=1)[~held], 0.5 * np.diff(found.interval)[:, 0][~held]
+    np.testing.assert_allclose(middle, found.compliance[~held], atol=1e-15)
+    factor = half / error[~held]
+    assert (np.abs(factor - 1.98) < 0.03).all()
+    if how.sigma == "known":
+        np.testing.assert_allclose(factor, 1.959964, rtol=1e-6)
+    assert (found.interval[held, 0] == 0.0).all()
+    assert (found.interval[held, 1] >= 1.64 * error[held]).all()
     if how.loss == "squares":
         np.testing.assert_array_equal(found.weight, 1.0)
     else:
@@ -138,7 +145,7 @@ def test_what_holds_for_every_fit(how: Fit, known: bool, prior: bool) -> None:
         most = 1.0 if how == Fit(how.model, nonnegative=how.nonnegative) else 4.0
         assert 0.0 < covariance[0, 0] < most * 2.0**-24
     share = found.relative_error * np.abs(found.compliance)
-    np.testing.assert_allclose(share, error, rtol=1e-9)
+    np.testing.assert_allclose(share[~held], error[~held], rtol=1e-9)
     if not (known or prior or held.any()):
         assert found.influence.leverage.sum() == pytest.approx(p, rel=1e-9)  # weights and all
     assert leave_one_out(found).predicted.all()

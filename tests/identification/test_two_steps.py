@@ -115,20 +115,23 @@ def test_an_experiment_left_out_is_a_refit() -> None:
 def test_the_noise_of_the_second_step_is_not_that_of_the_first() -> None:
     """σ of the second step estimated: what was known stays as well known as it says.
 
-    By the covariance of the estimator for readings whose noise is `scale` times the promised one.
+    By the mixed estimator's own formulas, all matrices formed: C, and what Kenward and Roger add.
     """
     first, data = steps(10, 6)
     found = identify(arm(("A1",)), data, Fit("linear", "estimated"), known=first.model)
     rows = 1e-6 * regressor(arm(EVERY), data.cases).reshape(-1, 6) / SIGMA
     given = np.zeros((6, 6))
     given[1:, 1:] = np.linalg.inv(1e12 * first.model.covariance)
-    inverse = np.linalg.inv(rows.T @ rows + given)
-    covariance = inverse @ (found.scale**2 * rows.T @ rows + given) @ inverse
-    np.testing.assert_allclose(1e12 * found.model.covariance, covariance, rtol=1e-6)
+    covariance = np.linalg.inv(rows.T @ rows / found.scale**2 + given)
+    share = covariance @ rows.T @ rows / found.scale**2
+    freedom = len(rows) - 2.0 * np.trace(share) + np.trace(share @ share)
+    assert found.model.dof == pytest.approx(freedom, rel=1e-6)
+    more = covariance @ (given - given @ covariance @ given) @ covariance
+    covariance = covariance + 4.0 / freedom * more
+    np.testing.assert_allclose(1e12 * found.model.covariance, covariance, rtol=1e-5, atol=1e-12)
     left = leave_one_out(found)
     out = np.arange(18) // 3 == 0
-    inverse = np.linalg.inv(rows[~out].T @ rows[~out] + given)
-    covariance = inverse @ (found.scale**2 * rows[~out].T @ rows[~out] + given) @ inverse
+    covariance = np.linalg.inv(rows[~out].T @ rows[~out] / found.scale**2 + given)
     spread = found.scale**2 + np.einsum("ip,pq,iq->i", rows[out], covariance, rows[out])
     np.testing.assert_allclose((left.deviation[0] / SIGMA) ** 2, spread, rtol=1e-6)
 

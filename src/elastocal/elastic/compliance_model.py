@@ -14,6 +14,7 @@ import numpy as np
 from elastocal.arrays import Array, freeze, unset
 from elastocal.elastic.springs import VirtualJoints, merged
 from elastocal.errors import InputError
+from elastocal.matrices import freedom_of
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,9 @@ class ComplianceModel:
         covariance: (p, p) of the estimates; zero if not given: known exactly.
         dof: Degrees of freedom behind the covariance; infinite if σ was known.
         source: Where the values come from.
+        by_noise: (p, p) the part of the covariance that grows with the noise found; all of it if
+            not given and `dof` is finite. The rest is a prior's.
+        noise: Noise found in the readings over that promised, 1 if it was known.
     """
 
     springs: VirtualJoints
@@ -33,11 +37,15 @@ class ComplianceModel:
     covariance: Array = field(default_factory=unset)
     dof: float = np.inf
     source: str = ""
+    by_noise: Array = field(default_factory=unset)
+    noise: float = 1.0
 
     def __post_init__(self) -> None:
         p = len(self.springs)
         covariance = self.covariance if np.size(self.covariance) else np.zeros((p, p))
-        freeze(self, "compliance", covariance=covariance)
+        by_noise = covariance if np.isfinite(self.dof) else np.zeros((p, p))
+        by_noise = self.by_noise if np.size(self.by_noise) else by_noise
+        freeze(self, "compliance", covariance=covariance, by_noise=by_noise)
         compliance, covariance = self.compliance, self.covariance
         if compliance.shape != (p,) or covariance.shape != (p, p):
             raise InputError(
@@ -62,6 +70,10 @@ class ComplianceModel:
         """Names of the springs that are not known exactly."""
         errors = self.standard_error
         return tuple(n for n, error in zip(self.names, errors, strict=True) if error > 0.0)
+
+    def freedom(self, rows: Array) -> Array:
+        """(K,) degrees of freedom of combinations (K, p) of the compliances."""
+        return freedom_of(self.covariance, self.by_noise, self.dof, rows)
 
     def of(self, names: Sequence[str]) -> Array:
         """(len(names),) compliances of the springs called `names`; zero for rigid joints."""
@@ -129,7 +141,7 @@ def refuse_other_springs(model: ComplianceModel, springs: VirtualJoints) -> None
 def merged_models(models: Sequence[ComplianceModel]) -> ComplianceModel:
     """One model of the springs of several, identified independently of each other.
 
-    Its degrees of freedom are the fewest of theirs, on the safe side.
+    Its degrees of freedom are the fewest of theirs, its noise the largest, on the safe side.
 
     Raises:
         InputError: none, or a spring in two of them.
@@ -141,13 +153,16 @@ def merged_models(models: Sequence[ComplianceModel]) -> ComplianceModel:
         springs = merged(result.springs, other.springs)
         order = [(*result.names, *other.names).index(name) for name in springs.names]
         p, both = len(result.springs), len(springs)
-        covariance = np.zeros((both, both))
+        covariance, by_noise = np.zeros((both, both)), np.zeros((both, both))
         covariance[:p, :p], covariance[p:, p:] = result.covariance, other.covariance
+        by_noise[:p, :p], by_noise[p:, p:] = result.by_noise, other.by_noise
         result = ComplianceModel(
             springs=springs,
             compliance=np.append(result.compliance, other.compliance)[order],
             covariance=covariance[np.ix_(order, order)],
             dof=min(result.dof, other.dof),
             source=", ".join(s for s in (result.source, other.source) if s),
+            by_noise=by_noise[np.ix_(order, order)],
+            noise=max(result.noise, other.noise),
         )
     return result

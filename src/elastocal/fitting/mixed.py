@@ -24,6 +24,7 @@ import numpy as np
 
 from elastocal.arrays import Array, frozen
 from elastocal.fitting.least_squares import column_norms, inverse_root
+from elastocal.matrices import freedom_of
 
 _MOST_ROUNDS = 200
 _AT_REST = 1e-10  # change of log s² at which it rests
@@ -148,6 +149,18 @@ def noise_variance(rows: Rows, start: float = 1.0) -> float:
     return variance
 
 
+def squares_and_shares(rows: Rows, variance: float) -> tuple[float, float]:
+    """Squares of all rows over their noise, rᵀ W r, and its shares in them, s² tr(P A).
+
+    The squares are χ² with R - p degrees of freedom if s² is the `variance`.
+    """
+    rows = condensed(rows)
+    found, covariance = estimate(rows, variance)
+    residual = rows.values - rows.rows @ found
+    square = float(np.sum(rows.weight(variance) * residual**2)) + rows.rest / variance
+    return square, variance * _traces(rows, variance, covariance)[0]
+
+
 def _traces(rows: Rows, variance: float, covariance: Array) -> tuple[float, float]:
     """tr(P A) and tr(P A P A)."""
     weight = rows.weight(variance)
@@ -193,12 +206,5 @@ def spread_found(rows: Rows, variance: float) -> Spread:
 
 
 def freedom(spread: Spread, combinations: Array) -> Array:
-    """(K,) degrees of freedom of combinations (K, p) of the estimates.
-
-    Infinite for what rests on absolute knowledge alone.
-    """
-    whole = np.einsum("kp,pq,kq->k", combinations, spread.covariance, combinations)
-    noise = np.einsum("kp,pq,kq->k", combinations, spread.by_noise, combinations)
-    with np.errstate(divide="ignore"):
-        ratio = np.where(noise > 1e-9 * whole, whole / np.maximum(noise, 1e-300), np.inf)
-    return np.asarray(spread.dof * ratio**2)
+    """(K,) degrees of freedom of combinations (K, p) of the estimates."""
+    return freedom_of(spread.covariance, spread.by_noise, spread.dof, combinations)

@@ -45,6 +45,7 @@ class Problem:
         extra_values: (C or 1, E) their values.
         nonnegative: Whether compliances below zero are ruled out.
         known_noise: Whether the covariances are true and not only right up to a factor.
+        variance: That factor, as far as it is found yet: what the further rows are weighed against.
         source: Where the readings come from, empty if nobody said.
     """
 
@@ -59,6 +60,7 @@ class Problem:
     extra_values: Array
     nonnegative: bool = False
     known_noise: bool = True
+    variance: float = 1.0
     source: str = ""
 
     @property
@@ -116,6 +118,12 @@ class Solution:
             self.weight[i],
             self.iterations,
         )
+
+
+def free_rows(problem: Problem, found: Solution) -> Array:
+    """(R, 3, f) rows of the fitted springs over the noise."""
+    every = len(problem.free) == found.rows.shape[-1]
+    return found.rows if every else found.rows[..., problem.free]
 
 
 def solve_linear(problem: Problem, loss: Loss) -> Solution:
@@ -333,6 +341,9 @@ def _fit(
     if not (weight == 1.0).all():
         root = np.sqrt(weight)[..., None]
         rows, values = rows * root[..., None], values * root
+    if problem.variance != 1.0:
+        root = problem.variance**-0.5
+        rows, values = rows * root, values * root
     flat, right = rows.reshape(len(rows), -1, rows.shape[-1]), values.reshape(len(values), -1)
     if len(problem.extra_rows):
         extra = np.broadcast_to(problem.extra_rows, (len(flat), *problem.extra_rows.shape))

@@ -24,15 +24,23 @@ from elastocal.errors import Doubt, IdentifiabilityError, InputError
 from elastocal.fitting.goodness import lack_of_fit
 from elastocal.fitting.influence import Influence, influence, influence_on, reordered
 from elastocal.fitting.least_squares import inverse_root
+from elastocal.fitting.mixed import estimate
 from elastocal.identification.fit import Fit
 from elastocal.identification.gauss_newton import (
     Problem,
     Solution,
+    free_rows,
     solve_equilibrium,
     solve_linear,
 )
 from elastocal.identification.result import Identification, NoiseFound
-from elastocal.identification.uncertainty import covariance_of, noise
+from elastocal.identification.uncertainty import (
+    noise,
+    over_all,
+    rows_at,
+    spread_of,
+    triangle_of,
+)
 from elastocal.matrices import confounded
 from elastocal.measuring.measurements import Measurements
 from elastocal.wording import worded
@@ -71,18 +79,25 @@ def identify(
     doubts = [group.doubt(fitted) for group in confounded(linear.fit.of(0).information)]
     if doubts:
         raise IdentifiabilityError(left_open(doubts, measurements.source)).with_doubts(*doubts)
-    solution = linear if how.linear else solve_equilibrium(problem, linear, how.weigher)
-    found, dof = solution.of(0), problem.dof
+    problem, found = _at_rest(problem, how, linear)
     misfit = _prior_misfit(problem, found)
     chi_square = float(np.sum(found.residual**2)) + misfit
-    scale, variance, freedom = noise(how, found, chi_square, dof)
-    covariance = covariance_of(problem, found, variance, len(fitted) - len(names))
+    scale, variance = noise(how, problem, found, chi_square)
+    spread = spread_of(how, problem, found, variance)
+    triangle = triangle_of(problem, found, variance)
     compliance = np.array(problem.start)
     compliance[problem.free] = found.compliance
-    spring = problem.arm.springs
-    model = ComplianceModel(spring, compliance, covariance, freedom, measurements.source)
+    model = ComplianceModel(
+        springs=problem.arm.springs,
+        compliance=compliance,
+        covariance=over_all(problem, spread.covariance),
+        dof=spread.dof,
+        source=measurements.source,
+        by_noise=over_all(problem, spread.by_noise),
+        noise=scale if how.estimates_sigma else 1.0,
+    )
     wanted = [fitted.index(name) for name in names]
-    influences, left_out = _influences(measurements, problem, found, wanted)
+    influences, left_out = _influences(measurements, problem, found, wanted, triangle, variance)
     return Identification(
         model=model,
         identified=names,
@@ -90,9 +105,11 @@ def identify(
         how=how,
         linear=frozen(linear.compliance[0, wanted]),
         scale=scale,
-        noise_of_kinds=_noise_of_kinds(measurements, problem, found, scale, how),
+        noise_of_kinds=_noise_of_kinds(
+            measurements, problem, found, np.sqrt(variance) * triangle, scale, how
+        ),
         chi_square=chi_square,
-        dof=dof,
+        dof=problem.dof,
         lack_of_fit=lack_of_fit(
             found.residual,
             problem.noise[0],
@@ -100,6 +117,8 @@ def identify(
             + measurements.marker,
             len(fitted) - len(problem.extra_rows),
             misfit,
+            known=not (how.estimates_sigma or how.robust),
+            beside=rows_at(problem, found) if len(problem.extra_rows) else None,
         ),
         residual=frozen(_with_unit(problem, found.residual)),
         weight=frozen(found.weight),
@@ -107,12 +126,47 @@ def identify(
         configuration_influence=influences[1],
         left_out=frozen(_with_unit(problem, left_out)),
         held=tuple(n for n, h in zip(fitted, found.fit.held, strict=True) if h),
-        triangle=found.fit.triangle,
+        unbounded=_unbounded(problem, found, variance)[wanted],
+        triangle=triangle,
         variance=variance,
         iterations=found.iterations,
         measurements=measurements,
         arm=problem.arm,
     )
+
+
+_ROUNDS = 30
+_SETTLED = 1e-9  # change of the noise's logarithm at which its estimate rests
+
+
+def _at_rest(problem: Problem, how: Fit, linear: Solution) -> tuple[Problem, Solution]:
+    """The problem with the noise that it shows, and where its fit comes to rest.
+
+    What is known in absolute size pulls the less, the less noise there is in the readings, and how
+    much there is shows at the estimate: both are found in turn.
+    """
+    solution = linear if how.linear else solve_equilibrium(problem, linear, how.weigher)
+    if not (how.estimates_sigma and len(problem.extra_rows)):
+        return problem, solution.of(0)
+    for _ in range(_ROUNDS):
+        found = solution.of(0)
+        chi_square = float(np.sum(found.residual**2)) + _prior_misfit(problem, found)
+        _, variance = noise(how, problem, found, chi_square)
+        if abs(np.log(variance / problem.variance)) < _SETTLED:
+            break
+        problem = replace(problem, variance=variance)
+        if how.linear:
+            solution = solve_linear(problem, how.weigher)
+        else:
+            solution = solve_equilibrium(problem, solution, how.weigher)
+    return problem, solution.of(0)
+
+
+def _unbounded(problem: Problem, found: Solution, variance: float) -> Array:
+    """(f,) estimates without the bound at zero, linearised at those with it."""
+    if not found.fit.held.any():
+        return found.compliance
+    return frozen(estimate(rows_at(problem, found), variance)[0])
 
 
 def _problem(
@@ -137,7 +191,6 @@ def _problem(
         doubted = tuple(name for name in known.uncertain if name in others)
     free = [i for i, n in enumerate(springs.names) if n in arm.springs.names or n in doubted]
     fitted = [springs.names[i] for i in free]
-    # The rows of the known ones come last: `covariance_of` counts on it.
     rows, values = _prior_rows(arm.springs.names, fitted, prior)
     if known is not None:
         given = rows_of(known, doubted, fitted)
@@ -189,18 +242,23 @@ def _prior_misfit(problem: Problem, found: Solution) -> float:
 
 
 def _influences(
-    measurements: Measurements, problem: Problem, found: Solution, wanted: Sequence[int]
+    measurements: Measurements,
+    problem: Problem,
+    found: Solution,
+    wanted: Sequence[int],
+    triangle: Array,
+    variance: float,
 ) -> tuple[tuple[Influence, Influence], Array]:
     """Influence of experiments and of load cases on the `wanted` ones; residuals (R, 3) over the
     noise when an experiment is left out."""
     cases = measurements.cases
     configuration = cases.distinct
-    free = _free_rows(problem, found)
+    free = free_rows(problem, found)
     rows, residual = free, found.residual
-    if (found.weight != 1.0).any():
-        root = np.sqrt(found.weight)[:, None]
+    if (found.weight != 1.0).any() or variance != 1.0:
+        root = np.sqrt(found.weight / variance)[:, None]
         rows, residual = free * root[..., None], residual * root
-    information = found.fit.information
+    information = np.asarray(triangle.T @ triangle)
     own = influence(rows, residual, measurements.case, len(cases), information)
     count = int(configuration.max()) + 1
     group = configuration[measurements.case]
@@ -227,14 +285,13 @@ def _inverse(order: IntArray) -> IntArray:
     return place
 
 
-def _free_rows(problem: Problem, found: Solution) -> Array:
-    """(R, 3, p) rows of the fitted springs over the noise."""
-    every = len(problem.free) == found.rows.shape[-1]
-    return found.rows if every else found.rows[..., problem.free]
-
-
 def _noise_of_kinds(
-    measurements: Measurements, problem: Problem, found: Solution, scale: float, how: Fit
+    measurements: Measurements,
+    problem: Problem,
+    found: Solution,
+    triangle: Array,
+    scale: float,
+    how: Fit,
 ) -> tuple[NoiseFound, ...]:
     """Noise of positions and of rotations; that of all where there is but one kind.
 
@@ -245,8 +302,8 @@ def _noise_of_kinds(
     kinds = measurements.quantities
     if len(kinds) == 1 or how.robust or problem.dof < 1:
         return tuple(NoiseFound(kind, scale, float(problem.dof)) for kind in kinds)
-    rows = _free_rows(problem, found)
-    root = inverse_root(found.fit.triangle)
+    rows = free_rows(problem, found)
+    root = inverse_root(triangle)
     leverage, square = np.sum((rows @ root) ** 2, axis=(1, 2)), np.sum(found.residual**2, axis=1)
     noise = []
     for kind in kinds:

@@ -37,12 +37,12 @@ def left_out_covariance(found: Identification, keep: BoolArray | None = None) ->
     whole = found.measurements
     data = whole if keep is None else chosen(whole, keep)
     weight = found.weight if keep is None else found.weight[keep[whole.case]]
-    place = [j for j, name in enumerate(found.fitted) if name not in found.held]
-    moving = [found.model.names.index(found.fitted[j]) for j in place]
-    information = found.information[np.ix_(place, place)]
-    rows = _rows(found, data)
-    free = rows[:, :, moving]
-    told = weight[:, None, None] * np.linalg.solve(data.covariance, free).transpose(0, 2, 1)
+    moving = [found.model.names.index(name) for name in found.fitted]
+    information = found.information
+    free = _rows(found, data)[:, :, moving]
+    noise = found.noise_factor**2
+    told = np.linalg.solve(data.covariance, free).transpose(0, 2, 1)
+    told = weight[:, None, None] / found.variance * told
     left = information - _summed(told @ free, data)
     scale = 1.0 / np.sqrt(np.diagonal(information))
     scaled = left * np.outer(scale, scale)
@@ -50,16 +50,8 @@ def left_out_covariance(found: Identification, keep: BoolArray | None = None) ->
     lost = lost if keep is None else lost[keep]
     scaled[lost] = np.eye(len(scale))
     without = np.linalg.inv(scaled) * np.outer(scale, scale)
-    noise = found.noise_factor**2
     expected = noise * data.covariance
-    spread = found.variance * without
-    if len(found.fitted) > len(found.identified):
-        # What was known beforehand is as noisy as it says: the covariance of the whole fit tells
-        # how far that is from `variance`.
-        own = found.model.covariance[np.ix_(moving, moving)]
-        apart = information @ own @ information - found.variance * information
-        spread = spread + without @ apart @ without
-    expected = expected + free @ spread[data.case] @ free.transpose(0, 2, 1)
+    expected = expected + free @ without[data.case] @ free.transpose(0, 2, 1)
     expected[lost[data.case]] = np.inf
     return np.asarray(expected)
 

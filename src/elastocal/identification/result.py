@@ -10,7 +10,7 @@ import numpy as np
 from elastocal.arrays import Array, IntArray
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.compliance_model import ComplianceModel
-from elastocal.fitting.goodness import LackOfFit, quantile
+from elastocal.fitting.goodness import LackOfFit, quantile, quantiles
 from elastocal.fitting.influence import Influence
 from elastocal.fitting.least_squares import column_norms
 from elastocal.identification.fit import Fit
@@ -53,8 +53,9 @@ class Identification:
         configuration_influence: Of every distinct load case.
         left_out: (R, 3) residuals of every reading when its experiment is left out [m, rad].
         held: Names held at zero by `nonnegative`.
+        unbounded: (p,) estimates without that bound.
         triangle: (f, f) upper triangular R with RᵀR the information.
-        variance: Variance of the estimate over that of this information.
+        variance: What the promised variances of the readings count for in it.
         iterations: Gauss-Newton steps.
         measurements: What was fitted.
         arm: The robot with all springs of the model and the measured tool.
@@ -76,6 +77,7 @@ class Identification:
     configuration_influence: Influence
     left_out: Array
     held: tuple[str, ...]
+    unbounded: Array
     triangle: Array
     variance: float
     iterations: int
@@ -98,19 +100,33 @@ class Identification:
         return self.model.standard_error[self.index]
 
     @property
+    def freedom(self) -> Array:
+        """(p,) degrees of freedom behind each standard error."""
+        return self.model.freedom(np.eye(len(self.model.springs))[self.index])
+
+    @property
     def width(self) -> float:
-        """Half width of the confidence intervals, in standard errors."""
+        """Half width of a confidence interval in standard errors, where all of it rests on σ."""
         return quantile(0.5 + 0.5 * self.how.confidence, self.model.dof)
 
     @property
     def interval(self) -> Array:
-        """(p, 2) confidence intervals [rad/(N·m) or m/N]."""
-        half = self.width * self.standard_error
-        return np.asarray(self.compliance[:, None] + np.outer(half, [-1.0, 1.0]))
+        """(p, 2) confidence intervals [rad/(N·m) or m/N]; of what is held at zero, one-sided.
+
+        Source: a limit on what cannot be below zero, from the estimate without the bound.
+        """
+        confidence, dof = self.how.confidence, self.freedom
+        half = quantiles(0.5 + 0.5 * confidence, dof) * self.standard_error
+        found = np.asarray(self.compliance[:, None] + np.outer(half, [-1.0, 1.0]))
+        held = [name in self.held for name in self.identified]
+        limit = quantiles(confidence, dof) * self.standard_error
+        found[held, 0] = 0.0
+        found[held, 1] = (np.maximum(self.unbounded, 0.0) + limit)[held]
+        return found
 
     @property
     def information(self) -> Array:
-        """(f, f) inverse covariance for noise as promised, prior and weights included."""
+        """(f, f) inverse covariance for the noise there is, prior and weights included."""
         return np.asarray(self.triangle.T @ self.triangle)
 
     @property
@@ -152,8 +168,10 @@ class Identification:
     @property
     def relative_error(self) -> Array:
         """(p,) standard errors over the compliances; zero for those held at zero."""
-        size = np.maximum(np.abs(self.compliance), 1e-300)
-        return np.where(self.standard_error > 0.0, self.standard_error / size, 0.0)
+        held = np.array([name in self.held for name in self.identified], dtype=bool)
+        return np.where(
+            held, 0.0, self.standard_error / np.maximum(np.abs(self.compliance), 1e-300)
+        )
 
     @property
     def linear_shift(self) -> Array:

@@ -16,6 +16,7 @@ from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.deflections import deflection_and_gradient
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import Doubt, InputError
+from elastocal.fitting.chances import ratio_above
 from elastocal.fitting.goodness import SURE, p_value_chi_square, quantile
 from elastocal.identification.leave_one_out import left_out_covariance
 from elastocal.identification.result import Identification
@@ -38,6 +39,8 @@ class Validation:
             which share the error of the model. Left out in turn: that of the fit, over the noise
             found if it was estimated.
         dof: Degrees of freedom of it.
+        noise_dof: Degrees of freedom of the noise found when the model was made; infinite if σ was
+            known, zero where the errors are judged by the noise that they showed themselves.
         repeated: Experiments whose load case the identification had, too.
         kept_aside: Whether the readings took no part in making the model; False: every
             experiment was left out in turn.
@@ -53,6 +56,7 @@ class Validation:
     dof: int
     kept_aside: bool
     repeated: int = 0
+    noise_dof: float = np.inf
 
     @property
     def inside(self) -> float:
@@ -72,8 +76,22 @@ class Validation:
 
     @property
     def p_value(self) -> float:
-        """Probability of so large errors if model, noise and covariance are right."""
-        return p_value_chi_square(self.chi_square, self.dof)
+        """Probability of so large errors if model, noise and covariance are right.
+
+        NaN where nothing is tested: errors over the noise that they themselves showed.
+
+        Source: Seber & Lee, Linear Regression Analysis, section 5.3.
+        """
+        if np.isinf(self.noise_dof):
+            return p_value_chi_square(self.chi_square, self.dof)
+        if not (self.noise_dof > 0.0 and self.dof > 0):
+            return float("nan")
+        return ratio_above(self.chi_square / self.dof, self.dof, self.noise_dof)
+
+    @property
+    def tested(self) -> bool:
+        """Whether anything judges the errors."""
+        return bool(np.isfinite(self.p_value))
 
     @property
     def beyond_chance(self) -> bool:
@@ -147,7 +165,8 @@ def validate(
         confidence: Confidence of the prediction intervals.
         identified: Load cases that the model was made from, if they are known.
 
-    Source: ours; the prediction covariance is G cov(k) Gᵀ + Σ.
+    Source: ours; the prediction covariance is G cov(k) Gᵀ + s² Σ, s the noise that was found when
+    the model was made.
     """
     bent = replace(arm, springs=model.springs, tool=measurements.tool)
     modelled, gradient = deflection_and_gradient(bent, model.compliance, measurements.cases)
@@ -156,9 +175,9 @@ def validate(
     after = measurements.deflection - modelled.reshape(count, targets, 3)[own]
     rows = gradient.reshape(count, targets, 3, -1)[own]
     spread = rows @ model.covariance @ rows.transpose(0, 2, 1)
-    chi_square = _joint(after, rows, measurements.covariance, model.covariance)
-    expected = spread + measurements.covariance
-    test = (chi_square, after.size)
+    noise = model.noise**2 * measurements.covariance
+    test = _joint(after, rows, noise, model.covariance), after.size, model.dof
+    expected = spread + noise
     found = _judged(measurements, after, expected, model.dof, confidence, test, kept_aside=True)
     return replace(found, repeated=_repeated(measurements.cases, identified))
 
@@ -198,9 +217,10 @@ def leave_one_out(found: Identification, *, confidence: float = 0.95) -> Validat
 
     Source: ours; left-out residuals in closed form, see `influence` and `left_out`.
     """
-    expected = left_out_covariance(found)
-    # Left-out residuals depend on one another; together they say what the fit's χ² says.
-    test = (found.chi_square / found.noise_factor**2, found.dof)
+    expected, by_them = left_out_covariance(found), found.how.estimates_sigma
+    # Left-out residuals depend on one another; together they say what the fit's χ² says: nothing
+    # over the noise that was found from them.
+    test = found.chi_square / found.noise_factor**2, found.dof, 0.0 if by_them else np.inf
     data, dof = found.measurements, found.model.dof
     return _judged(data, found.left_out, expected, dof, confidence, test, kept_aside=False)
 
@@ -211,7 +231,7 @@ def _judged(
     expected: Array,
     dof: float,
     confidence: float,
-    test: tuple[float, int],
+    test: tuple[float, int, float],
     *,
     kept_aside: bool,
 ) -> Validation:
@@ -228,5 +248,6 @@ def _judged(
         confidence=confidence,
         chi_square=test[0],
         dof=test[1],
+        noise_dof=test[2],
         kept_aside=kept_aside,
     )

@@ -121,11 +121,13 @@ def show_validation(found: Validation) -> None:
         what = "deflection" if quantity.unit == "m" else quantity.name
         whole(_before_and_after(found, quantity, f"{title}{what} before and after the model"))
     if found.coordinates:
+        test = f"χ² = {found.chi_square:.4g} with {found.dof} degrees of freedom, "
+        test += f"p = {found.p_value:.2g}"
+        if not found.tested:
+            test = "no test: the noise was found from these readings"
         out.print(
             f"{100 * found.inside:.3g} % of {found.coordinates} coordinates lie inside their "
-            f"{100 * found.confidence:g} % prediction intervals "
-            f"(χ² = {found.chi_square:.4g} with {found.dof} degrees of freedom, "
-            f"p = {found.p_value:.2g})."
+            f"{100 * found.confidence:g} % prediction intervals ({test})."
         )
     lost = np.unique(data.case[~found.predicted])
     if len(lost):

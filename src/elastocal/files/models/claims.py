@@ -111,20 +111,25 @@ def refuse_false_claims(
         if unknown := [n for n in (*named, *(how.interval or {})) if n not in model.names]:
             raise InputError(f"identification: there is no compliance of {unknown[0]!r:.80}")
         for name, claimed in (how.interval or {}).items():
-            _refuse_interval(model, name, claimed, how.confidence)
+            held = how.nonnegative and model.of([name])[0] == 0.0
+            _refuse_interval(model, name, claimed, how.confidence, held=held)
     if weak is not None and weak.correlation is not None:
         with at("diagnostics", "correlation"):
             _refuse_correlation(model, named, weak.correlation)
 
 
 def _refuse_interval(
-    model: ComplianceModel, name: str, claimed: list[float], confidence: float
+    model: ComplianceModel, name: str, claimed: list[float], confidence: float, *, held: bool
 ) -> None:
     """Refuse an interval that is not that of a compliance and its standard error."""
     i = model.names.index(name)
     value, error = model.compliance[i], model.standard_error[i]
-    half = quantile(0.5 + 0.5 * confidence, model.dof) * error
+    dof = float(model.freedom(np.eye(len(model.names))[i : i + 1])[0])
+    half = quantile(0.5 + 0.5 * confidence, dof) * error
     found = value + half * np.array([-1.0, 1.0])
+    if held:  # by the estimate without the bound, which was not above zero by more than chance
+        limit = quantile(confidence, dof) * error
+        found = np.array([0.0, min(max(claimed[1], limit), limit + half)])
     if (np.abs(found - claimed) > AGREE * half + 1e-6 * abs(value)).any():
         raise LocatedError(
             ("interval", name),

@@ -122,7 +122,7 @@ def validation_document(found: Validation) -> dict[str, Any]:
         "share_inside": found.inside,
         "chi_square": found.chi_square,
         "degrees_of_freedom": found.dof,
-        "p_value": found.p_value,
+        "p_value": found.p_value if found.tested else None,
         "each": each[:_MOST],
     }
 

@@ -13,7 +13,7 @@ from typing import Annotated, Any, TypeVar
 
 import numpy as np
 
-from elastocal.arrays import Array
+from elastocal.arrays import Array, unset
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.springs import VirtualJoints
 from elastocal.errors import InputError, ModelFileError, StudyError
@@ -96,7 +96,9 @@ class ModelFile(Section):
     stiffness: dict[Name, Annotated[StiffnessFile, Before(_entry)]] = fresh(dict)
     springs: dict[Name, SpringFile] = fresh(dict)
     covariance: CovarianceFile | None = None
+    covariance_by_noise: CovarianceFile | None = None
     dof: Annotated[Finite | None, After(_above_zero)] = None
+    noise_scale: Annotated[Finite | None, After(_above_zero)] = None
     identification: IdentificationFile | None = None
     diagnostics: DiagnosticsFile | None = None
 
@@ -214,12 +216,20 @@ def model_of(file: ModelFile, robot: Robot, name: str) -> ComplianceModel:
     with at("covariance"):
         covariance = _covariance(file.covariance, springs.names, errors)
     _refuse_tiny(springs.names, np.sqrt(np.maximum(np.diagonal(covariance), 0.0)), errors)
+    by_noise = unset()
+    if file.covariance_by_noise is not None:
+        with at("covariance_by_noise"):
+            by_noise = _covariance(file.covariance_by_noise, springs.names, {})
+            if (np.diagonal(by_noise) > (1.0 + AGREE) * np.diagonal(covariance)).any():
+                raise InputError("it is a part of the covariance, and larger than that")
     return ComplianceModel(
         springs=springs,
         compliance=np.array([values[spring][0] for spring in springs.names]),
         covariance=covariance,
         dof=np.inf if file.dof is None else file.dof,
         source=str(file.source or name),
+        by_noise=by_noise,
+        noise=1.0 if file.noise_scale is None else file.noise_scale,
     )
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from elastocal import __version__
+from elastocal.arrays import Array
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.springs import VirtualJoints
 from elastocal.files.texts import json_text
@@ -66,12 +67,20 @@ def model_document(
     if (springs.joint < 0).any():
         document["springs"] = _springs_section(robot, springs)
     if known:
-        document["covariance"] = {
-            "order": list(springs.names),
-            "matrix": [[float(v) for v in row] for row in model.covariance],
-        }
+        document["covariance"] = _matrix(springs, model.covariance)
         document["dof"] = float(model.dof) if np.isfinite(model.dof) else None
+        if np.isfinite(model.dof) and (model.by_noise != model.covariance).any():
+            document["covariance_by_noise"] = _matrix(springs, model.by_noise)
+    if model.noise != 1.0:
+        document["noise_scale"] = float(model.noise)
     return document | dict(sections or {})
+
+
+def _matrix(springs: VirtualJoints, matrix: Array) -> dict[str, Any]:
+    return {
+        "order": list(springs.names),
+        "matrix": [[float(v) for v in row] for row in matrix],
+    }
 
 
 def _springs_section(robot: Robot, springs: VirtualJoints) -> dict[str, Any]:

@@ -88,6 +88,7 @@ def _values(found: Validation) -> Values:
         "promised": sure(found.confidence),
         "p_value": number(found.p_value, 2),
         "likely": bool(found.p_value >= 1e-3),
+        "tested": found.tested,
         "strips": [
             reading_strips(found.after, found.half_width, data, kind, band)
             for kind in data.quantities
