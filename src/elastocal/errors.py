@@ -157,6 +157,7 @@ Code = Literal[
     "claims-experiments",
     "claims-rho0",
     "claims-rho0-at",
+    "claims-promise",
     "claims-worst-point",
     "claims-unknown-error",
     "claims-error",

@@ -117,3 +117,9 @@ def test_twins_are_left_where_taking_them_together_would_lose() -> None:
     before = design(x, [1, 1, 1, 1, 1])
     better = ExactDesign(before.x, before.counts, 1e6 * before.value)
     assert merged(GOAL, better, np.arange(5)) is better
+
+
+def test_what_only_rounding_sees_does_not_count_beside_what_is_known() -> None:
+    each = np.array([np.diag([1.0, 1e-30]), np.diag([1.0, 3e-30])])
+    assert twins(each, np.ones(2)) == [[0], [1]]
+    assert twins(each, np.ones(2), np.diag([0.0, 1.0])) == [[0, 1]]

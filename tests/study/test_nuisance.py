@@ -8,15 +8,21 @@ import numpy as np
 import pytest
 
 import elastocal as ec
+from elastocal.elastic.effects import effects_of
 from elastocal.elastic.nuisance import Nuisance
 from elastocal.elastic.springs import VirtualJoints
+from elastocal.elastic.typical import typical_sizes
 from elastocal.elastic.unknowns import Unknowns
 from elastocal.errors import InputError
+from elastocal.files.study.study_file import read_study
+from elastocal.robot.sources import USUAL
+from elastocal.study.criteria import CRITERIA
+from elastocal.study.experiment_space import LoadCaseEvaluation
 from elastocal.study.known import Known
 from elastocal.study.study import Study, TestPose
 from elastocal.study.test_path import test_path
 from elastocal.study.two_steps import with_known, with_nuisance
-from tests.kr270 import kr270_study, published_cases
+from tests.kr270 import FOLDER, kr270_study, published_cases
 
 REPEATS = np.array([2, 7, 3])
 
@@ -119,3 +125,52 @@ def test_a_name_that_is_taken() -> None:
     unknowns = replace(nuisance.unknowns, names=("A2", "n1", "n2", "n12"))
     with pytest.raises(InputError, match="'A2' is given twice"):
         with_nuisance(study, replace(nuisance, unknowns=unknowns))
+
+
+def test_criteria_of_compliances_look_at_those_to_identify() -> None:
+    """What is known nearly exactly changes none of them; what is not makes all worse."""
+    plain, nuisance = kr270_study(), foot_and_forearm()
+    exact = replace(nuisance, deviation=1e-6 * nuisance.deviation)
+    base, same, worse = (
+        ec.assess(study, published_cases(3), REPEATS).criteria
+        for study in (plain, with_nuisance(plain, exact), with_nuisance(plain, nuisance))
+    )
+    assert same == pytest.approx(base, rel=1e-4)
+    for name, value in worse.items():
+        better = CRITERIA[name].larger_is_better
+        assert value < 0.99 * base[name] if better else value > 1.01 * base[name], name
+
+
+@pytest.mark.parametrize("angle", [0.3, 1.2])
+def test_rho0_does_not_depend_on_the_axes_of_a_tensor(angle: float) -> None:
+    nuisance, s = foot_and_forearm(), np.sin(angle)
+    springs = nuisance.unknowns.springs
+    turn = np.array([[np.cos(angle), s, 0], [-s, np.cos(angle), 0], [0, 0, 1]])
+    turned = replace(nuisance.unknowns, springs=replace(springs, axis=springs.axis @ turn))
+    one, other = (
+        ec.assess(with_nuisance(kr270_study(), n), published_cases(3), REPEATS).rho0
+        for n in (nuisance, replace(nuisance, unknowns=turned))
+    )
+    assert other == pytest.approx(one, rel=1e-8)
+
+
+def test_the_core_makes_the_same_rows_of_the_preset() -> None:
+    study = read_study(FOLDER / "study.yaml")
+    sizes = typical_sizes(study.robot, np.array(USUAL["kuka-kr270"]))
+    effects = effects_of(study.robot, sizes)
+    u = len(effects.deviation)
+    told = Nuisance(
+        effects.unknowns, np.zeros(u), effects.deviation, effects.signed, effects.source, np.ones(6)
+    )
+    space = with_nuisance(study, told).space
+    x = space.sample(37, np.random.default_rng(0))
+    expected = LoadCaseEvaluation(space, x)
+    bars = (
+        np.random.default_rng(1).normal(size=expected.blocks.shape) / np.abs(expected.blocks).max()
+    )
+    found, none = space.evaluate(x), np.zeros_like(expected.margins)
+    size = np.abs(expected.blocks).max()
+    np.testing.assert_allclose(found.blocks, expected.blocks, rtol=0, atol=1e-12 * size)
+    pulled = expected.pull(bars, none)
+    atol = 1e-11 * np.abs(pulled).max()
+    np.testing.assert_allclose(found.pull(bars, none), pulled, rtol=0, atol=atol)

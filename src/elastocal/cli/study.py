@@ -64,6 +64,7 @@ def check_command(
         return
     from elastocal.cli.inputs import sources_of
     from elastocal.files.doubt_entries import doubt_entries
+    from elastocal.files.study.nuisance_entries import nuisance_entries
     from elastocal.files.study.study_file import read_study
     from elastocal.planning.study_check import check
     from elastocal.robot.controller_axes import shown_values
@@ -96,6 +97,7 @@ def check_command(
                 "not_watched": list(checkup.watch.unwatched),
                 "watched_as": [worded(made_do) for made_do in checkup.watch.made_do],
                 "unwatched_contacts": [worded(contacts) for contacts in checkup.unwatched],
+                "nuisance": nuisance_entries(study.robot, study.nuisance),
                 "problem": None if checkup.problem is None else str(checkup.problem),
             }
         )

@@ -25,17 +25,19 @@ _LOST = 1e-12  # share of the criterion below which nothing is lost: rounding
 _ALLOWED = 1e-9  # share that taking twins together may cost after all
 
 
-def twins(informations: Array, counts: IntArray) -> list[list[int]]:
+def twins(informations: Array, counts: IntArray, base: Array | float = 0.0) -> list[list[int]]:
     """S points with informations (S, p, p), measured `counts` times, those of the same together.
 
-    Differences are seen relative to the mean information, direction by direction: so neither the
-    units of the unknowns nor how well they are seen matters. Singles are groups of one; groups
-    and their members in the order of the points.
+    Differences are seen relative to the mean information with its share of `base`, (p, p), that is
+    there before, direction by direction: so neither the units of the unknowns nor how well they
+    are seen matters, and what only rounding sees does not count beside what is known. Singles are
+    groups of one; groups and their members in the order of the points.
 
-    Source: ours; if -δM̄ ≤ M_i - M_j ≤ δM̄, a design that measures j in place of i is worth
+    Source: ours; if -δM̄ ≤ M_i - M_j ≤ δM̄ with M̄ so, a design that measures j in place of i is worth
     1 ± δ n_i/m times as much by every monotone criterion of degree 1.
     """
-    mean = np.einsum("s,sij->ij", counts / counts.sum(), informations)
+    m = counts.sum()
+    mean = base / m + np.einsum("s,sij->ij", counts / m, informations)
     diagonal = np.diagonal(mean)
     scale = np.where(diagonal > 0.0, 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0)), 0.0)
     values, vectors = np.linalg.eigh(mean * np.outer(scale, scale))
@@ -65,7 +67,7 @@ def merged(goal: Goal, design: ExactDesign, order: IntArray) -> ExactDesign:
         order: (S,) its points, those to be kept rather than their twins first.
     """
     x, counts = design.x[order], design.counts[order]
-    groups = twins(information(goal.space.evaluate(x).blocks), counts)
+    groups = twins(information(goal.space.evaluate(x).blocks), counts, goal.base)
     if len(groups) == len(x):
         return design
     kept = x[[group[0] for group in groups]]

@@ -88,9 +88,9 @@ def evaluate(
         cases: S load cases.
         repeats: (S,) repeats.
         claims: What is claimed: rho0 [m], lower_bound [m], efficiency, standard_error by joint,
-            covariance as names and a matrix, criteria by name, in SI; kind of the certificate
-            and its criterion, stopped_after, a number of generations, and unchecked, what else
-            the plan says that nothing here depends on.
+            covariance as names and a matrix, criteria and promise by name, in SI; kind of the
+            certificate and its criterion, stopped_after, a number of generations, and unchecked,
+            what else the plan says that nothing here depends on.
         bound: Bound for this study and as many experiments.
         via: Configurations passed on the way, see `motion.Vias`; None: motions are not judged.
         asked: What the study itself asks for, to remark on plans of more; None: not said.
@@ -123,7 +123,7 @@ def evaluate(
 
 def _same_information(study: Study, cases: LoadCases, repeats: IntArray) -> Iterator[Doubt]:
     """Load cases that could be one, measured more often."""
-    for group in twins(study.space.information(cases), repeats):
+    for group in twins(study.space.information(cases), repeats, study.prior):
         if len(group) > 1:
             names = tuple(str(i + 1) for i in group)
             numbers = {"repeats": int(repeats[group].sum())}
@@ -169,6 +169,11 @@ def false_claims(
     if "rho0" in claims and _differ(claims["rho0"], worth.rho0, _AGREE):
         yield _claim("claims-rho0", claims["rho0"], worth.rho0)
     yield from _false_at_test_poses(study, worth, claims)
+    found = {} if worth.promise is None else vars(worth.promise)
+    for name, size in claims.get("promise", {}).items():
+        if name in found and _differ(size, found[name], _AGREE):
+            yield _claim("claims-promise", size, found[name], name)
+            break
     errors = dict(zip(study.springs.names, worth.standard_error.tolist(), strict=True))
     for name, claimed in claims.get("standard_error", {}).items():
         if name not in errors:

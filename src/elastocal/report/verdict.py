@@ -18,6 +18,7 @@ from elastocal.wording import ended, worded
 from elastocal.wording.lists import counted
 from elastocal.wording.numbers import given, length, length_and_unit, number, percent, small
 from elastocal.wording.plans import NOT_TRIED, floor_sentence, missed, only_of, searched
+from elastocal.wording.promises import promise_sentences
 
 
 @dataclass(frozen=True)
@@ -129,6 +130,10 @@ def _tiles(plan: Plan, random: Array | None) -> list[Tile]:
     certificate, rho0, m = plan.certificate, plan.assessment.rho0, plan.count
     bound, before = bound_of(plan), bool(np.any(plan.study.prior))
     tiles = []
+    promise = plan.assessment.promise
+    if promise is not None and promise.rho0 != rho0:
+        meaning = "With friction, discrepancy and errors of the loads in the readings."
+        tiles.append(Tile("Promised", length(promise.rho0), meaning))
     if bound is not None:
         meaning = f"No plan with {counted(m, 'experiment')} can do better."
         tiles.append(Tile("Lower bound", length(bound), meaning))
@@ -163,6 +168,7 @@ def _advice(plan: Plan) -> list[str]:
         sentences.append(
             "These experiments do not tell all compliances apart. Use more or other configurations."
         )
+    sentences += promise_sentences(plan.assessment.rho0, plan.assessment.promise)
     sentences += [ended(worded(doubt)) for doubt in plan.doubts]
     if plan.study.known is not None:
         known = plan.study.known

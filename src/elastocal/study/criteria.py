@@ -147,7 +147,7 @@ def _observability(
         return units[int(springs.prismatic.all())]
 
     def measured(study: Study, information: Array, _: Criterion) -> float:
-        if study.known is not None:
+        if len(study.fitted) > len(study.springs):
             information = information_on(study.wanted, information[None])[0]
         eigenvalues = np.linalg.eigvalsh(information)
         return index(study.sigma * np.sqrt(np.maximum(eigenvalues, 0.0)))

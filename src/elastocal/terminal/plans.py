@@ -38,6 +38,7 @@ from elastocal.wording.plans import (
     searches_sentence,
     told,
 )
+from elastocal.wording.promises import WITHOUT, promise_sentences
 from elastocal.wording.watch import watch
 
 _OPEN = 5e-5  # gap between a design and its bound from which on it is said
@@ -75,6 +76,8 @@ def show_plan(plan: Plan) -> None:
         f"ρ0 = [bold]{micrometres(worth.rho0)}[/bold]: root mean square position error "
         f"after compensation {where_judged(plan.study)}{escape(_only(plan))}"
     )
+    for sentence in promise_sentences(worth.rho0, worth.promise):
+        out.print(Text(sentence))
     for doubt in plan.doubts:
         out.print(Text(told(doubt, ended(worded(doubt))), style="yellow"))
     if plan.criterion != RHO0.name:
@@ -245,10 +248,12 @@ def show_evaluations(
     table = Table(
         title=f"Plans under study {study.name!r}", title_justify="left", box=box.SIMPLE_HEAD
     )
-    for column in ("plan", "m", "configs", "ρ0", "bound", "efficiency", "verdict"):
+    promised = study.nuisance is not None
+    more = ("promised",) if promised else ()
+    for column in ("plan", "m", "configs", "ρ0", *more, "bound", "efficiency", "verdict"):
         table.add_column(column, justify="left" if column in ("plan", "verdict") else "right")
     for name, result in results.items():
-        proof = result.certificate
+        proof, worth = result.certificate, result.assessment
         known = proof.kind != "none"
         bound = "–" if proof.position_bound is None else micrometres(proof.position_bound)
         verdict = Text("measured" if result.measured else "holds", "green")
@@ -259,6 +264,7 @@ def show_evaluations(
             str(result.count),
             str(len(result.repeats)),
             micrometres(result.assessment.rho0),
+            *([micrometres(worth.promise.rho0)] if worth.promise else []),
             bound,
             f"{proof.efficiency:.4f}" if known else "–",
             verdict,
@@ -266,9 +272,14 @@ def show_evaluations(
     whole(table)
     show_test_poses(study, {name: r.assessment for name, r in results.items()}, better or {})
     whole(_errors_of_plans(study, results))
+    if not promised:
+        out.print(Text(WITHOUT))
     seen = watch_of(study.constraints)
     out.print(Text(watch(seen.watched, seen.unwatched)))
     for name, result in results.items():
+        for sentence in promise_sentences(result.assessment.rho0, result.assessment.promise):
+            if promised:
+                out.print(Text(f"{name}: {sentence}"))
         if result.measured:
             out.print(Text(f"{name}: {MEASURED}"))
         show_view(result.view, name)

@@ -17,6 +17,7 @@ from elastocal.study.known import Known
 from elastocal.study.study import Study, TestPose
 from elastocal.study.test_path import TestPath
 from elastocal.terminal.console import numbers, out
+from elastocal.terminal.nuisance import show_nuisance
 from elastocal.wording import ended, worded
 from elastocal.wording.lists import counted
 from elastocal.wording.numbers import short
@@ -57,6 +58,7 @@ def show_check(study: Study, found: Checkup) -> None:
     out.print(Text(f"Load: {_load(e.force, 'N')}; torque: {_load(e.moment, 'N·m')}; base frame"))
     if study.known is not None:
         out.print(Text(known_phrase(study.known)))
+    show_nuisance(robot, study.nuisance)
     for pose in study.test_poses:
         kind = "path" if isinstance(pose, TestPath) else "pose"
         weight = f"weight {pose.weight:g}" if pose.weight else "judged only"

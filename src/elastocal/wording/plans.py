@@ -244,6 +244,7 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     "claims-rho0": lambda doubt: _lengths(
         doubt, "it claims ρ0 = {claimed:.6g} mm but has {found:.6g} mm"
     ),
+    "claims-promise": lambda doubt: f"of its promise, {doubt.about[0]}: {_lengths(doubt, _CLAIMS)}",
     "claims-rho0-at": lambda doubt: f"at {doubt.about[0]!r} {_lengths(doubt, _CLAIMS)}",
     "claims-worst-point": lambda doubt: (
         f"at the worst point of {doubt.about[0]!r} {_lengths(doubt, _CLAIMS)}"

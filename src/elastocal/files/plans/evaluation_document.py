@@ -8,6 +8,7 @@ from typing import Any
 from elastocal.files.doubt_entries import doubt_entries
 from elastocal.files.plans.covariance_section import covariance_section
 from elastocal.files.plans.path_entries import path_entries
+from elastocal.files.plans.promise_section import promise_section
 from elastocal.planning.evaluation import Evaluation
 from elastocal.study.study import Study
 from elastocal.wording import worded
@@ -43,6 +44,7 @@ def evaluation_document(
         },
         "standard_error": worth.standard_error.tolist(),
         "covariance": covariance_section(study.fitted, worth.covariance),
+        **promise_section(study, worth.promise),
         "seen": None if view is None else dict(zip(view.markers, view.seen.tolist(), strict=True)),
         "accepted": evaluation.accepted,
         "objections": [worded(doubt) for doubt in doubts],

@@ -16,6 +16,7 @@ from elastocal.files.plans.done_section import done_section
 from elastocal.files.plans.known_section import known_section
 from elastocal.files.plans.load_case_entries import columns, load_case_entries, load_cases_hash
 from elastocal.files.plans.path_entries import path_entries
+from elastocal.files.plans.promise_section import promise_section
 from elastocal.files.plans.proposal_file import (
     Proposal,
     bound_key,
@@ -187,6 +188,7 @@ def plan_document(plan: Plan) -> dict[str, Any]:
             name: {"value": float(error), "unit": kind.compliance} for name, kind, error in errors
         },
         "covariance": covariance_section(study.fitted, worth.covariance),
+        **promise_section(study, worth.promise),
         "remarks": [worded(doubt) for doubt in plan.doubts],
         "doubts": doubt_entries(plan.doubts),
         "criteria": _criteria(worth.criteria),

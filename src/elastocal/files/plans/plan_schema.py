@@ -150,6 +150,7 @@ class PlanFile(OpenSection):
     doubts: list[dict[str, Any]] | None = None
     criteria: dict[str, Any] | None = None
     certificate: CertificateFile | None = None
+    promise: dict[str, Any] | None = None
 
 
 class PlannedCasesFile(OpenSection):

@@ -24,6 +24,7 @@ from elastocal.files.plans.load_case_entries import (
     read_load_cases,
 )
 from elastocal.files.plans.plan_schema import PlannedCasesFile, check_kinds
+from elastocal.files.plans.promise_section import claimed_promise
 from elastocal.files.plans.via_points import VIA, read_via, split_via
 from elastocal.files.tables.csv_table import FORCES, PLAIN, TORQUES, is_table, read_table
 from elastocal.files.tables.units import UNITS, split_header
@@ -166,6 +167,7 @@ def proposal_in(document: dict[str, Any], path: Path, robot: Robot) -> Proposal:
     }
     if "covariance" in document:
         claims["covariance"] = claimed_covariance(document["covariance"], f"{path}: covariance")
+    claims["promise"] = claimed_promise(document.get("promise"), f"{path}: promise")
     if certificate.get("kind"):
         claims["kind"] = certificate["kind"]
     if certificate.get("criterion"):

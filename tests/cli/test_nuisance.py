@@ -1,0 +1,111 @@
+"""A study with nuisance from the command line: what is said, written, read back and refused."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.campaigns import FIRST_STEP
+from tests.cli.test_commands import run
+from tests.cli.test_two_steps import TRUTH, done, flat
+from tests.report.examples import visible
+
+NUISANCE = (
+    "nuisance: {preset: typical, compliance_urad_per_Nm: {J1: 2, J2: 3, J3: 5}, "
+    "repeatability_mm: .01}\n"
+)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A study, its plan, and what one campaign read."""
+    path = tmp_path_factory.mktemp("nuisance")
+    (path / "study.yaml").write_text(FIRST_STEP + NUISANCE, encoding="utf-8")
+    (path / "truth.yaml").write_text(TRUTH, encoding="utf-8")
+    truth = ("--truth", path / "truth.yaml")
+    done("plan", path / "study.yaml", "-o", path / "plan.json")
+    done("simulate", path / "study.yaml", path / "plan.json", *truth, "-o", path / "m.csv")
+    return path
+
+
+def test_check_says_where_every_spring_is(folder: Path) -> None:
+    said = done("check", folder / "study.yaml")
+    (line,) = (line for line in said.splitlines() if "foot turning" in line and "turns" in line)
+    assert "base" in line
+    assert "repeatability 0.01 mm" in flat(said)
+    found = json.loads(done("check", folder / "study.yaml", "--json"))["nuisance"]
+    assert {entry["moves"] for entry in found} == {"turns", "slides"}
+    assert all(entry["source"] for entry in found)
+
+
+def test_a_plan_says_what_it_promises_and_without(folder: Path) -> None:
+    said = flat(done("plan", folder / "study.yaml", "-o", folder / "again.json"))
+    plan = json.loads((folder / "plan.json").read_text("utf-8"))
+    promise = plan["promise"]
+    assert promise["rho0_mm"] > plan["rho0_mm"] > promise["without_mm"] > 0.0
+    assert promise["uncompensated_mm"] > promise["without_mm"]
+    assert promise["repeatability_mm"] == pytest.approx(0.01 * 3**0.5)
+    assert set(plan["standard_error"]) == set(promise["standard_error"]) == {"J2", "J3"}
+    assert plan["covariance"]["order"][:2] == ["J2", "J3"]
+    assert "The plan is made for ρ0, which counts the springs of the nuisance" in said
+    assert "Without nuisance the same plan would claim" in said
+    assert "no calibration takes from the task: friction" in said
+
+
+def test_it_is_believed_as_far_as_it_is_true(folder: Path, tmp_path: Path) -> None:
+    study, plan = folder / "study.yaml", folder / "plan.json"
+    said = flat(done("evaluate", study, plan, "--random", "0"))
+    assert "promised" in said
+    one = json.loads(done("evaluate", study, plan, "--random", "0", "--json"))["plan.json"]
+    assert one["accepted"]
+    assert one["promise"]["rho0_mm"] == pytest.approx(
+        json.loads(plan.read_text("utf-8"))["promise"]["rho0_mm"]
+    )
+    document = json.loads(plan.read_text("utf-8"))
+    document["promise"]["rho0_mm"] *= 0.5
+    (tmp_path / "better.json").write_text(json.dumps(document), encoding="utf-8")
+    result = run("evaluate", study, tmp_path / "better.json", "--random", "0")
+    assert result.exit_code
+    assert "of its promise, rho0: it claims" in flat(result.output)
+
+
+def test_the_rest_of_a_campaign_counts_it(folder: Path) -> None:
+    rest = ("--after", folder / "m.csv", "--count", "8", "-o", folder / "rest.json")
+    assert "Promised" in done("plan", folder / "study.yaml", *rest)
+    done("evaluate", folder / "study.yaml", folder / "rest.json", "--random", "0")
+
+
+def test_a_second_campaign_knows_what_is_asked_for_alone(folder: Path, tmp_path: Path) -> None:
+    text = FIRST_STEP.replace("[J2, J3]", "[J1]").replace("0, 0, -1000", "300, 900, -300")
+    (tmp_path / "two.yaml").write_text(text, encoding="utf-8")
+    out = tmp_path / "two.json"
+    done("plan", tmp_path / "two.yaml", "--known", folder / "plan.json", "-o", out)
+    assert json.loads(out.read_text("utf-8"))["covariance"]["order"] == ["J1", "J2", "J3"]
+
+
+def test_virtual_campaigns_go_without(folder: Path, tmp_path: Path) -> None:
+    given = ("--truth", folder / "truth.yaml", "--campaigns", "20", "-o", tmp_path / "c.json")
+    done("simulate", folder / "study.yaml", folder / "plan.json", *given)
+    found = json.loads((tmp_path / "c.json").read_text("utf-8"))
+    (one,) = found["plans"].values()
+    promise = json.loads((folder / "plan.json").read_text("utf-8"))["promise"]
+    assert one["rho0_mm"] == pytest.approx(promise["without_mm"], rel=1e-6)
+
+
+def test_the_report_shows_it(folder: Path, tmp_path: Path) -> None:
+    done("report", folder / "plan.json", "-o", tmp_path / "r.html")
+    shown = flat(visible((tmp_path / "r.html").read_text("utf-8")))
+    assert "Without nuisance the same plan would claim" in shown
+    assert "Promised" in shown
+
+
+def test_a_plan_without_says_so(tmp_path: Path) -> None:
+    (tmp_path / "study.yaml").write_text(FIRST_STEP, encoding="utf-8")
+    said = flat(done("plan", tmp_path / "study.yaml", "-o", tmp_path / "p.json"))
+    assert "No nuisance counts" in said
+    assert "promise" not in json.loads((tmp_path / "p.json").read_text("utf-8"))
+    assert "No nuisance counts" in flat(
+        done("evaluate", tmp_path / "study.yaml", tmp_path / "p.json", "--random", "0")
+    )
