@@ -11,9 +11,11 @@ from elastocal.arrays import Array
 from elastocal.errors import Doubt, InputError
 from elastocal.robot.chain import Joint, Robot, transform
 from elastocal.robot.controller_axes import Coupling, coupling, uncoupled
+from elastocal.robot.conventions import Convention, conventions
 from elastocal.robot.pose_check import KnownPose, PoseCheck, check_known_poses
 from elastocal.robot.posture import Posture
 from elastocal.robot.sources import kuka_kr270
+from elastocal.wording.poses import explained
 
 ROBOT = kuka_kr270()
 POINT = np.array([0.9, 0.2, -0.1])
@@ -172,4 +174,33 @@ def test_what_is_told_is_not_called_untold() -> None:
     assert fitting.untold == ("A6",)
     wrong = check_known_poses(ROBOT, coupling(ROBOT, signs={"A1": -1}), at_flange)
     assert wrong.explanations == ((Doubt("counts-other-way", ("A1",), (), {"sign": 1}),),)
-    assert wrong.untold == ("A6",)
+    assert wrong.untold == ()  # asked of a model that fits
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.67])
+def test_all_signs_at_once_with_a_coupling_are_named(shift: float) -> None:
+    """As where a DH table meets a controller that counts its own way; the base elsewhere, too."""
+    joints = ("A3", "A4", "A5", "A6")
+    true = coupling(ROBOT, signs=dict.fromkeys(joints, -1), couple={"A3": {"A2": -1.0}})
+    rng = np.random.default_rng(1)
+    q = rng.uniform(0.4 * ROBOT.lower, 0.4 * ROBOT.upper, (12, 6))
+    found = check_known_poses(ROBOT, uncoupled(ROBOT), poses(true, q, shift=shift))
+    first = found.explanations[0]
+    assert {d.about for d in first if d.code == "counts-other-way"} == {(j,) for j in joints}
+    assert coupled(-1.0) in first
+    assert (first[-1].code == "base-elsewhere") == (shift > 0.0)
+    assert found.left_over < 2e-3
+    assert found.untold == ()
+    text = explained(first)
+    assert text.count("counts the other way") == 4
+    assert text.count(" and ") == 1
+
+
+def test_every_convention_is_tried_once() -> None:
+    assumed = Convention.of(coupling(ROBOT, couple={"A3": {"A2": 1.0}}))
+    every = list(conventions(ROBOT, assumed, range(6)))
+    assert len(every) == 3 * 2**6
+    assert not every[0].mistakes(assumed)
+    seen = {(tuple(c.signs), c.mixing[2, 1]) for c in every}
+    assert len(seen) == len(every)
+    assert {factor for _, factor in seen} == {-1.0, 0.0, 1.0}

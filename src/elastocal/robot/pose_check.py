@@ -19,6 +19,7 @@ from elastocal.arrays import Array, freeze, frozen
 from elastocal.errors import Doubt, InputError
 from elastocal.robot.chain import Robot
 from elastocal.robot.controller_axes import Coupling
+from elastocal.robot.conventions import Convention, conventions
 from elastocal.robot.posture import Posture
 from elastocal.wording.poses import misfit
 
@@ -55,11 +56,11 @@ class PoseCheck:
 
     Attributes:
         deviations: (K, 3) position of the model minus the one shown [m].
-        explanations: Mistakes that explain the deviations, the likeliest first, each alone or two
-            made together; empty if it fits.
+        explanations: Mistakes that explain the deviations, the likeliest first, each alone or
+            some made together, as few as explain them; empty if it fits.
         left_over: Largest deviation after the first explanation [m].
         untold: Joints whose sign these poses do not tell: with the other one the model is at the
-            same places.
+            same places. Asked of a model that fits alone; others may hide it.
     """
 
     deviations: Array
@@ -91,23 +92,28 @@ def check_known_poses(robot: Robot, table: Coupling, poses: Sequence[KnownPose])
     """
     refuse_too_few(poses)
     shown = np.array([pose.shown for pose in poses])
-    deviations = _deviations(robot, table.to_model(shown), poses)
+    assumed = Convention.of(table)
+    deviations = _deviations(robot, assumed.to_model(shown), poses)
     largest = _largest(deviations)
-    parts = _Parts.of(table)
-    same = [
-        name
-        for i, name in enumerate(robot.joint_names)
-        if _largest(_deviations(robot, parts.turned(i).to_model(shown), poses) - deviations) <= FITS
-    ]
     if largest <= FITS:
-        return PoseCheck(frozen(deviations), (), largest, tuple(same))
+        untold = _untold(robot, assumed, poses, shown)
+        return PoseCheck(frozen(deviations), (), largest, untold)
     found = sorted(_attempts(robot, table, poses, shown), key=lambda attempt: attempt[0])
     best = found[0][0]
     near = [mistakes for off, mistakes in found if off <= max(FITS, 1.001 * best)]
-    explanations = tuple(near[:3]) if best <= FITS else ()
-    told = {name for mistakes in explanations for mistake in mistakes for name in mistake.about}
-    untold = tuple(name for name in same if name not in told)
-    return PoseCheck(frozen(deviations), explanations, best, untold)
+    fewest = min(map(len, near))
+    explanations = [mistakes for mistakes in near if len(mistakes) == fewest]
+    return PoseCheck(frozen(deviations), tuple(explanations[:3]) if best <= FITS else (), best, ())
+
+
+def _untold(
+    robot: Robot, assumed: Convention, poses: Sequence[KnownPose], shown: Array
+) -> tuple[str, ...]:
+    """Joints whose sign alters nothing by more than what fits."""
+    each = [assumed, *(assumed.turned([i]) for i in range(len(assumed.names)))]
+    now, *others = _places(robot, [c.to_model(shown) for c in each], poses)
+    moved = [_largest(other - now) for other in others]
+    return tuple(name for name, by in zip(assumed.names, moved, strict=True) if by <= FITS)
 
 
 def refuse_misfit(found: PoseCheck) -> None:
@@ -134,42 +140,6 @@ def refuse_too_few(poses: Sequence[KnownPose]) -> None:
         raise InputError("check_poses have the same joint values; they must differ")
 
 
-@dataclass(frozen=True)
-class _Parts:
-    """A coupling taken apart: (1 + K)(S q + o)."""
-
-    names: tuple[str, ...]
-    signs: Array
-    offsets: Array
-    mixing: Array
-
-    @staticmethod
-    def of(table: Coupling) -> _Parts:
-        signs = np.where(np.diag(table.matrix) < 0.0, -1.0, 1.0)
-        mixing: Array = table.matrix * signs
-        offsets: Array = np.linalg.solve(mixing, table.offset).astype(float)
-        return _Parts(table.joint_names, signs, offsets, mixing)
-
-    def to_model(self, shown: Array) -> Array:
-        own = np.linalg.solve(self.mixing, shown.T).T
-        return np.asarray((own - self.offsets) * self.signs)
-
-    def turned(self, i: int) -> _Parts:
-        signs = self.signs.copy()
-        signs[i] = -signs[i]
-        return _Parts(self.names, signs, self.offsets, self.mixing)
-
-    def moved(self, i: int, by: float) -> _Parts:
-        offsets = self.offsets.copy()
-        offsets[i] += by
-        return _Parts(self.names, self.signs, offsets, self.mixing)
-
-    def coupled(self, i: int, j: int, by: float) -> _Parts:
-        mixing = self.mixing.copy()
-        mixing[i, j] += by
-        return _Parts(self.names, self.signs, self.offsets, mixing)
-
-
 class _Change(NamedTuple):
     """A mistake of convention, and how it alters a coupling."""
 
@@ -178,10 +148,10 @@ class _Change(NamedTuple):
     joints: tuple[int, int]
     by: float
 
-    def of(self, parts: _Parts) -> _Parts:
+    def of(self, parts: Convention) -> Convention:
         i, j = self.joints
         if self.kind == "sign":
-            return parts.turned(i)
+            return parts.turned([i])
         if self.kind == "zero":
             return parts.moved(i, self.by)
         return parts.coupled(i, j, self.by)
@@ -190,8 +160,9 @@ class _Change(NamedTuple):
 def _attempts(
     robot: Robot, table: Coupling, poses: Sequence[KnownPose], shown: Array
 ) -> Iterator[tuple[float, tuple[Doubt, ...]]]:
-    """(largest deviation [m], what was assumed), one mistake at a time; two if one is too few."""
-    parts = _Parts.of(table)
+    """(largest deviation [m], what was assumed): one mistake at a time; all signs and couplings
+    together, and any two, if one is too few."""
+    parts = Convention.of(table)
     changes = _changes(robot, parts)
 
     def off(*made: _Change, values: Array = shown, scale: float = 1.0) -> Array:
@@ -216,12 +187,20 @@ def _attempts(
     for change in changes:
         left = off(change)
         yield _largest(left - left.mean(axis=0)), (change.mistake, Doubt("base-elsewhere"))
+    all_of_them = list(conventions(robot, parts, range(len(parts.names))))
+    places = _places(robot, [c.to_model(shown) for c in all_of_them], poses)
+    told = np.array([pose.position for pose in poses])
+    for other, place in zip(all_of_them, places, strict=True):
+        left, mistakes = place - told, other.mistakes(parts)
+        if mistakes:
+            yield _largest(left), mistakes
+            yield _largest(left - left.mean(axis=0)), (*mistakes, Doubt("base-elsewhere"))
     for a, b in combinations(changes, 2):
         if (a.kind, a.joints[0]) != (b.kind, b.joints[0]):
             yield _largest(off(a, b)), (a.mistake, b.mistake)
 
 
-def _changes(robot: Robot, parts: _Parts) -> list[_Change]:
+def _changes(robot: Robot, parts: Convention) -> list[_Change]:
     """Mistakes of convention, each with the value that mends it."""
     found: list[_Change] = []
     names = parts.names
@@ -246,10 +225,15 @@ def _changes(robot: Robot, parts: _Parts) -> list[_Change]:
 
 def _deviations(robot: Robot, q: Array, poses: Sequence[KnownPose], scale: float = 1.0) -> Array:
     """(K, 3) position of the model minus the one shown [m]."""
-    posture = Posture(robot, q)
-    return np.array(
-        [posture.point(p.point)[:, i] - scale * p.position for i, p in enumerate(poses)]
-    )
+    return _places(robot, [q], poses)[0] - scale * np.array([pose.position for pose in poses])
+
+
+def _places(robot: Robot, each: Sequence[Array], poses: Sequence[KnownPose]) -> Array:
+    """(V, K, 3) where the points of K poses are in configurations (K, n) of V conventions [m]."""
+    posture = Posture(robot, np.concatenate(each))
+    places = np.array([posture.point(pose.point) for pose in poses])  # (K, 3, V K)
+    count = len(poses)
+    return np.array([places[i, :, i::count].T for i in range(count)]).transpose(1, 0, 2)
 
 
 def _largest(deviations: Array) -> float:

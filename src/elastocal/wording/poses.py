@@ -12,7 +12,7 @@ def misfit(doubt: Doubt, explanations: Sequence[tuple[Doubt, ...]]) -> str:
     """Why the model is not that of the controller."""
     if not explanations:
         return (
-            f"{_differ(doubt)}, and no single mistake of sign, zero, coupling or unit explains it; "
+            f"{_differ(doubt)}, and no mistake of signs, couplings, one zero or unit explains it; "
             "compare lengths, base and flange of the model with the robot"
         )
     return (
@@ -22,11 +22,13 @@ def misfit(doubt: Doubt, explanations: Sequence[tuple[Doubt, ...]]) -> str:
 
 
 def explained(mistakes: tuple[Doubt, ...]) -> str:
-    """One mistake, or two made together."""
-    first, *rest = (SENTENCES[mistake.code](mistake) for mistake in mistakes)
-    if not rest:
-        return first
-    return f"{first}; {'besides,' if mistakes[1].code == 'base-elsewhere' else 'and'} {rest[0]}"
+    """One mistake, or some made together."""
+    said = [SENTENCES[m.code](m) for m in mistakes if m.code != "base-elsewhere"]
+    base = [SENTENCES[m.code](m) for m in mistakes if m.code == "base-elsewhere"]
+    if not said:
+        return base[0]
+    text = " and ".join([", ".join(said[:-1]), said[-1]] if len(said) > 1 else said)
+    return "; besides, ".join([text, *base])
 
 
 def _differ(doubt: Doubt) -> str:
