@@ -42,6 +42,9 @@ Code = Literal[
     "counts-less",
     "outlying",
     "linear-model",
+    "other-convention",
+    "model-lacks",
+    "model-may-lack",
     # of a corrected configuration, and of a compensation
     "gives-way",
     "not-at-rest",

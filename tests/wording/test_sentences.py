@@ -97,6 +97,42 @@ def test_every_code_has_its_sentence() -> None:
             "spring can be; look at signs and joint values",
         ),
         (
+            Doubt(
+                "model-lacks",
+                ("joint_1",),
+                ("turning", "joint_3", "x"),
+                {"share": 0.396, "before": 4.05e-4, "after": 3.14e-4, "change": -0.372}
+                | {"p_value": 1e-13, "size": 6.2e-7},
+            ),
+            "a spring about x of joint_3 (0.62 µrad/(N·m)) would remove 40 % of the residual "
+            "variance (405 µm → 314 µm when configurations are left out) and change joint_1 by "
+            "−37 %",
+        ),
+        (
+            Doubt(
+                "model-may-lack",
+                ("A2",),
+                ("tool-shift",),
+                {"share": 0.1, "p_value": 0.02, "size": 1e-3, "y": 0.0, "z": 2e-3},
+            ),
+            "a tool shifted between the readings without and with load by [1.0 0 2.0] mm in its "
+            "frame would remove 10 % of the residual variance, as in one of 50 right models "
+            "(p = 0.02); further configurations would tell",
+        ),
+        (
+            Doubt(
+                "other-convention",
+                ("A4", "A6"),
+                ("A3", "A2"),
+                {"before": 7.65e-4, "after": 3.72e-4, "tried": 193.0}
+                | {"A4": -1, "A6": -1, "A3/A2": -1.0},
+            ),
+            "of 193 conventions of the joint values another one fits best: the same springs leave "
+            "372 µm in place of 765 µm (RMS) if A4 counts the other way (signs: {A4: -1}), A6 "
+            "counts the other way (signs: {A6: -1}) and A3 is coupled to A2 (couple: {A3: {A2: "
+            "-1}})",
+        ),
+        (
             Doubt("softer-than-any", ("A6",), (), {"A6": 8.15, "most": 1e-3}, "rad/(N·m)"),
             "A6: softer than any joint of an arm, 8.2×10⁶ µrad/(N·m) where 1000 would be much; "
             "look at units and loads, and whether these experiments tell the joints apart",

@@ -43,6 +43,9 @@ def identify_command(
     prior: Prior = None,
     known: Known = None,
     confidence: Annotated[float, typer.Option(help="Confidence of the intervals.")] = 0.95,
+    search: Annotated[
+        bool, typer.Option("--search/--no-search", help="Look for what else explains them.")
+    ] = True,
     force: Overwrite = False,
     as_json: Json = False,
 ) -> None:
@@ -59,6 +62,7 @@ def identify_command(
     from elastocal.identification.fit import Fit
     from elastocal.identification.identify import identify
     from elastocal.identification.impossible import refuse_impossible_fit
+    from elastocal.identification.search import searched
 
     models = [file for file in (mapping, prior, known) if file is not None]
     given = [study_file, *measurements, *models]
@@ -82,8 +86,9 @@ def identify_command(
         prior=model_at(prior, study.robot),
         known=known_compliances,
     )
-    refuse_impossible_fit(identification)
-    document = write_identification(study, identification, out, prior)
+    refuse_impossible_fit(identification, study.coupling)
+    beyond = searched(identification, study.coupling) if search else None
+    document = write_identification(study, identification, out, prior, beyond)
     if as_json:
         print_json(document)
         return
@@ -91,7 +96,7 @@ def identify_command(
     from elastocal.terminal.identifications import show_identification
     from elastocal.terminal.stiffness import show_errors_left, show_stiffness
 
-    show_identification(identification)
+    show_identification(identification, beyond)
     there = at_test_poses(study, identification.model, identification.width)
     show_errors_left(there, identification.fitted)
     show_stiffness(there)

@@ -48,7 +48,7 @@ def refit(
     """
     given = None if model is None else read_model(model, study.robot, believed=False)
     found = identify(study.arm, data, how, prior=model_at(prior, study.robot), known=known)
-    refuse_impossible_fit(found)
+    refuse_impossible_fit(found, study.coupling)
     if given is not None and (difference := _difference(given, found)):
         raise InputError(
             f"{model}: is not the model that {data.source} gives; {difference}; name the "

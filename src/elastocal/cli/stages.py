@@ -31,6 +31,7 @@ from elastocal.files.paths.path_file import read_path
 from elastocal.fitting.goodness import quantile
 from elastocal.identification.fit import Fit
 from elastocal.identification.result import Identification
+from elastocal.identification.search import searched
 from elastocal.identification.validation import Validation, leave_one_out, validate
 from elastocal.planning.plan import Plan
 from elastocal.planning.trade_off import random_plans, trade_off
@@ -58,6 +59,7 @@ def stages(study: Study, files: Files, tool: str | None, confidence: float) -> C
     model = fitted.model if fitted is not None else _with(model, known)
     contents = Contents(
         identification=fitted,
+        searched=None if fitted is None else searched(fitted, study.coupling),
         references=_references(study, files),
         validation=_validated(study, files, model, fitted, confidence),
         at_test_poses=_at_test_poses(study, model, confidence),

@@ -35,6 +35,7 @@ from elastocal.files.study.study_file import parse_study, read_study
 from elastocal.files.texts import read_text
 from elastocal.identification.identify import identify
 from elastocal.identification.result import Identification
+from elastocal.identification.search import searched
 from elastocal.identification.validation import Validation, validate
 from elastocal.measuring.measurements import Measurements
 from elastocal.planning.plan import Plan, plan
@@ -170,8 +171,9 @@ def _measure(
 def _identify(study: Study, data: Measurements, out: Path) -> Identification:
     """A model, written and shown with the error that it leaves and the stiffness at the task."""
     identification = identify(study.arm, data, known=known_model(None, study))
-    write_identification(study, identification, out)
-    show_identification(identification)
+    beyond = searched(identification, study.coupling)
+    write_identification(study, identification, out, beyond=beyond)
+    show_identification(identification, beyond)
     there = at_test_poses(study, identification.model, identification.width)
     show_errors_left(there, identification.fitted)
     if not there or not there[0].cartesian.rigid:

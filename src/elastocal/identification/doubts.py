@@ -11,7 +11,6 @@ from elastocal.errors import Doubt
 from elastocal.fitting.goodness import SURE, p_value_chi_square, p_value_ratio
 from elastocal.identification.growth import growth
 from elastocal.identification.leave_one_out import left_out_covariance
-from elastocal.identification.linearised import without_bound
 from elastocal.identification.result import Identification
 
 SELDOM = 0.05
@@ -20,6 +19,7 @@ _CLOSE = 0.95  # correlation above which two compliances are hard to tell apart
 _CARRIES = 3.0  # growth of a standard error that makes an experiment indispensable
 _NOISY = 1.5  # noise over the promised one; robust scales have no exact distribution
 _EXPLAINED = 0.9  # share of the deflections that springs explain where nothing is missing
+_NOTES = ("model-may-lack",)
 _VAGUE = 0.3  # standard error over a compliance that is not worth much
 _SOFT = {"rad/(N·m)": 1e-3, "m/N": 1e-4}  # no joint of an arm is softer
 _FAR = 4.5  # residual over its own standard deviation that calls for a look
@@ -46,6 +46,8 @@ def doubts(found: Identification) -> tuple[Doubt, ...]:
 
 def is_weak(doubt: Doubt) -> bool:
     """Whether a doubt makes a result weak: what chance may do is said, but no more."""
+    if doubt.code in _NOTES:
+        return False
     return not doubt.numbers.get("p_value", 0.0) >= SURE
 
 
@@ -60,7 +62,7 @@ def _signs(found: Identification) -> Iterator[Doubt]:
     if len(held) == len(found.identified) > 1:
         yield Doubt("all-held-at-zero", held)
     elif held:
-        free = without_bound(found)
+        free = dict(zip(found.identified, found.unbounded.tolist(), strict=True))
         numbers = {name: free[name] for name in held}
         yield Doubt("held-at-zero", held, numbers=numbers, unit=_unit(found, held))
 

@@ -10,11 +10,13 @@ import numpy as np
 
 from elastocal.arrays import BoolArray
 from elastocal.errors import Doubt, InputError
+from elastocal.identification.convention_search import other_convention
 from elastocal.identification.result import Identification
 from elastocal.measuring.measurements import Measurements, Quantity
 from elastocal.robot.chain import Robot
+from elastocal.robot.controller_axes import Coupling
 from elastocal.robot.posture import Posture
-from elastocal.wording import worded
+from elastocal.wording import together, worded
 
 LOAD = 1e6
 """N or N·m; no robot bears a hundred tonnes."""
@@ -51,10 +53,15 @@ def refuse_impossible_readings(data: Measurements, robot: Robot) -> None:
             raise InputError(f"{data.source}: {worded(doubt)}").with_doubts(doubt)
 
 
-def refuse_impossible_fit(found: Identification) -> None:
+def refuse_impossible_fit(found: Identification, table: Coupling | None = None) -> None:
     """Refuse a fit that no springs explain.
 
     Where σ is estimated, or outliers count less, nothing was promised that could be broken.
+
+    Args:
+        found: The fit.
+        table: What the controller shows, as assumed: another convention that explains the readings
+            is named.
 
     Raises:
         InputError: the residuals are many times the promised noise, and compliances are negative
@@ -77,7 +84,9 @@ def refuse_impossible_fit(found: Identification) -> None:
         if negative or beyond:
             doubt = Doubt("impossible-fit", negative, beyond, {"scale": found.scale})
     if doubt is not None:
-        raise InputError(f"{data.source}: {worded(doubt)}").with_doubts(doubt)
+        other = other_convention(found, table) if table is not None else None
+        said = (doubt,) if other is None else (doubt, other.doubt)
+        raise InputError(f"{data.source}: {together(said)}").with_doubts(*said)
 
 
 def _most(cases: BoolArray) -> bool:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from elastocal.arrays import Array, IntArray
+from elastocal.arrays import Array, BoolArray, IntArray
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.deflections import deflection_and_gradient
 from elastocal.elastic.load_cases import ranks_of_rows
@@ -22,21 +22,27 @@ from elastocal.measuring.whitening import noise_factors
 
 @dataclass(frozen=True)
 class Linearised:
-    """A fit of f unknowns to R readings at its estimate, over the promised noise.
+    """A fit of f unknowns to R readings at its estimate, over the noise that it counts with.
 
     Attributes:
+        names: Names of what was fitted and not held at a bound.
         rows: (R, 3, f) derivatives of the readings in what was fitted.
         residual: (R, 3) what the model leaves.
         information: (f, f) of the whole fit, a prior included.
         whitener: (R, 3, 3) what divides readings by their noise and counts outlying ones less.
         group: (R,) number of the configuration of each reading, whatever its load.
+        noise: (R, 3, 3) what turns residuals over the noise back to lengths and angles [m, rad].
+        position: (R,) which readings are positions.
     """
 
+    names: tuple[str, ...]
     rows: Array
     residual: Array
     information: Array
     whitener: Array
     group: IntArray
+    noise: Array
+    position: BoolArray
 
     @property
     def covariance(self) -> Array:
@@ -47,15 +53,21 @@ class Linearised:
 def linearised(found: Identification) -> Linearised:
     """The fit at its estimate."""
     data = found.measurements
-    whitener = noise_factors(data.covariance)[1] * np.sqrt(found.weight)[:, None, None]
-    fitted = [found.model.names.index(name) for name in found.fitted]
+    noise, quiet = noise_factors(data.covariance)
+    whitener = quiet * np.sqrt(found.weight / found.variance)[:, None, None]
+    names = tuple(name for name in found.fitted if name not in found.held)
+    own = [found.fitted.index(name) for name in names]
+    moving = [found.model.names.index(name) for name in names]
     q = np.round(data.cases.q, 9)
     return Linearised(
-        rows=whitener @ _rows(found, data)[:, :, fitted],
+        names=names,
+        rows=whitener @ _rows(found, data)[:, :, moving],
         residual=np.einsum("rij,rj->ri", whitener, found.residual),
-        information=found.information,
+        information=found.information[np.ix_(own, own)],
         whitener=whitener,
         group=ranks_of_rows(q)[data.case],
+        noise=noise * np.sqrt(found.variance),
+        position=~data.rotations,
     )
 
 
@@ -76,16 +88,3 @@ def _read(gradient: Array, data: Measurements) -> Array:
     """(R, 3, p) of what is (N, 3T, p): that of the targets read."""
     shape = (len(data.cases), len(data.tool.targets), 3, -1)
     return np.asarray(gradient.reshape(shape)[data.case, data.marker])
-
-
-def without_bound(found: Identification) -> dict[str, float]:
-    """Compliances as they would be found if none was held at zero, by name; one step from there.
-
-    What a prior says of those held does not count.
-    """
-    fit = linearised(found)
-    held = np.array([name in found.held for name in found.fitted])
-    pull = np.einsum("rip,ri->p", fit.rows, fit.residual)
-    step = fit.covariance @ np.where(held, pull, 0.0)
-    at = found.model.of(found.fitted)
-    return dict(zip(found.fitted, (at + step).tolist(), strict=True))

@@ -9,6 +9,7 @@ from elastocal.arrays import Array
 from elastocal.compensation.compensate import Compensation
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.identification.result import Identification
+from elastocal.identification.search import Searched
 from elastocal.identification.validation import Validation
 from elastocal.planning.assessment import Assessment
 from elastocal.planning.plan import Plan
@@ -27,6 +28,7 @@ class Contents:
         random: (K,) ρ0 of random feasible plans with as many experiments [m].
         others: Other plans by name, to compare with.
         identification: The compliances found.
+        searched: What else explains their readings.
         references: Compliances from elsewhere, by name, three at most: known before, or true.
         validation: The model against readings.
         compensation: A corrected path.
@@ -42,6 +44,7 @@ class Contents:
     random: Array | None = None
     others: Mapping[str, Assessment] = field(default_factory=dict)
     identification: Identification | None = None
+    searched: Searched | None = None
     references: Mapping[str, ComplianceModel] = field(default_factory=dict)
     validation: Validation | None = None
     compensation: Compensation | None = None

@@ -9,6 +9,7 @@ from rich.text import Text
 
 from elastocal.identification.doubts import SELDOM, doubts, is_weak
 from elastocal.identification.result import Identification
+from elastocal.identification.search import Searched
 from elastocal.identification.validation import Validation, doubts_of_validation, summary
 from elastocal.measuring.measurements import Quantity
 from elastocal.robot.joint_kinds import PRISMATIC
@@ -21,8 +22,8 @@ _BAR = 25  # characters of a drawn interval
 _MOST = 20  # experiments listed one by one
 
 
-def show_identification(found: Identification) -> None:
-    """Compliances with their intervals, and what is weak in them."""
+def show_identification(found: Identification, beyond: Searched | None = None) -> None:
+    """Compliances with their intervals, what is weak in them, what else explains the readings."""
     data = found.measurements
     title = (
         f"{counted(len(found.identified), 'compliance')} from "
@@ -59,7 +60,7 @@ def show_identification(found: Identification) -> None:
         out.print(Text(f"Taken as known exactly: {', '.join(known)}"))
     out.print(Text(_noise(found)))
     out.print(Text(_linear(found)))
-    odd = doubts(found)
+    odd = (*doubts(found), *(() if beyond is None else beyond.doubts))
     for doubt in odd:
         begins = "Weak" if is_weak(doubt) else "Note"
         out.print(Text(f"{begins}: {ended(worded(doubt))}", style="yellow"))

@@ -14,6 +14,7 @@ from elastocal.wording import (
     motion,
     plans,
     poses,
+    searches,
     studies,
 )
 
@@ -25,6 +26,7 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     **measurements.SENTENCES,
     **studies.SENTENCES,
     **poses.SENTENCES,
+    **searches.SENTENCES,
     **plans.SENTENCES,
     **motion.SENTENCES,
 }

@@ -10,15 +10,20 @@ from elastocal.files.models.provenance_section import provenance_section
 from elastocal.files.models.stiffness_section import pose_entries
 from elastocal.files.models.writing import model_document, write_model
 from elastocal.identification.result import Identification
+from elastocal.identification.search import Searched
 from elastocal.study.at_test_poses import at_test_poses
 from elastocal.study.study import Study
 
 
 def write_identification(
-    study: Study, identification: Identification, out: Path, prior: Path | None = None
+    study: Study,
+    identification: Identification,
+    out: Path,
+    prior: Path | None = None,
+    beyond: Searched | None = None,
 ) -> dict[str, Any]:
     """Write the model with all that was found out; `prior` and what the study knows are named."""
-    data, sections = identification.measurements, identification_sections(identification)
+    data, sections = identification.measurements, identification_sections(identification, beyond)
     there = at_test_poses(study, identification.model, identification.width)
     sections["diagnostics"]["test_poses"] = pose_entries(there)
     origin = provenance_section(study, data, prior)

@@ -11,13 +11,17 @@ from elastocal.files.doubt_entries import doubt_entries
 from elastocal.files.plans.load_case_entries import load_case_entries
 from elastocal.identification.doubts import doubts
 from elastocal.identification.result import Identification
+from elastocal.identification.search import Searched
 from elastocal.identification.validation import Validation, summary
 from elastocal.wording import worded
 
 
-def identification_sections(found: Identification) -> dict[str, Any]:
+def identification_sections(
+    found: Identification, beyond: Searched | None = None
+) -> dict[str, Any]:
     """The sections `identification` and `diagnostics` of a model file."""
     how, lack, weak = found.how, found.lack_of_fit, doubts(found)
+    weak = (*weak, *(() if beyond is None else beyond.doubts))
     return {
         "identification": {
             "identified": list(found.identified),
@@ -53,7 +57,31 @@ def identification_sections(found: Identification) -> dict[str, Any]:
                 for kind in found.measurements.quantities
             },
             "experiments": _experiments(found),
+            **({} if beyond is None else _beyond(beyond)),
         },
+    }
+
+
+def _beyond(beyond: Searched) -> dict[str, Any]:
+    """What was looked for: another convention of the joint values, and what the model lacks."""
+    if beyond.convention is not None:
+        return {"other_convention": doubt_entries([beyond.convention.doubt])[0]["numbers"]}
+    assert beyond.lacks is not None
+    missing = [one.candidate for one in beyond.lacks.missing]
+    return {
+        "candidates": [
+            {
+                **vars(one.candidate),
+                "missing": one.candidate in missing,
+                "p_value": one.p_value,
+                "left_out_error_mm": 1e3 * one.left_out if np.isfinite(one.left_out) else None,
+                "share_of_residual_variance": one.share,
+                "size_SI": one.size.tolist(),
+                "physical": one.physical,
+                "changes": dict(zip(beyond.lacks.fitted, one.change.tolist(), strict=True)),
+            }
+            for one in beyond.lacks.tested
+        ]
     }
 
 

@@ -20,6 +20,7 @@ from elastocal.identification.residuals import (
     twice_the_noise,
 )
 from elastocal.identification.result import Identification
+from elastocal.identification.search import Searched
 from elastocal.identification.validation import summary
 from elastocal.measuring.measurements import Measurements, Quantity
 from elastocal.report.charts.correlation import combinations_chart, correlation_chart
@@ -33,13 +34,16 @@ from elastocal.report.layout import two_widths
 from elastocal.report.residual_figures import residual_figures
 from elastocal.report.scene import vector_scene
 from elastocal.report.section import Chapter, PageSection, Values
+from elastocal.report.tables import BarTable, Row
 from elastocal.report.verdict import Tile
 from elastocal.wording import worded
 from elastocal.wording.identification import chance
 from elastocal.wording.lists import counted
-from elastocal.wording.numbers import length, number, percent, plain, small
+from elastocal.wording.numbers import fixed, length, number, percent, plain, small
 from elastocal.wording.numbers import sure as sure_of
+from elastocal.wording.searches import candidate
 
+_NEAREST = 5  # candidates shown
 _WORST = 3  # combinations shown
 
 
@@ -72,9 +76,10 @@ def identification_chapter(contents: Contents) -> Chapter | None:
     return Chapter("Identification", sections)
 
 
-def remarks(found: Identification) -> tuple[str, ...]:
-    """What looks odd in the readings, and what is weak in the result."""
-    return (*readings_remarks(found.measurements), *map(worded, doubts(found)))
+def remarks(found: Identification, beyond: Searched | None) -> tuple[str, ...]:
+    """What looks odd in the readings, what is weak in the result, and what else explains them."""
+    more = () if beyond is None else beyond.doubts
+    return (*readings_remarks(found.measurements), *map(worded, (*doubts(found), *more)))
 
 
 def readings_remarks(data: Measurements) -> tuple[str, ...]:
@@ -126,13 +131,34 @@ def _result(contents: Contents, found: Identification) -> Values:
     kinds = families(found, contents.references)
     return {
         "tiles": tiles(found),
-        "remarks": remarks(found),
+        "remarks": remarks(found, contents.searched),
+        "lacks": _lacks(contents.searched),
         "families": [(family, _forest(family, contents, found)) for family in kinds],
         "how": _how(found),
         "references": list(contents.references),
         "confidence": sure_of(found.how.confidence),
         "open": any(row.state for family in kinds for row in family.table.rows),
     }
+
+
+def _lacks(beyond: Searched | None) -> BarTable | None:
+    """The candidates that come nearest, with and without which the readings are predicted."""
+    if beyond is None or beyond.lacks is None:
+        return None
+    best = [one for one in beyond.lacks.tested if np.isfinite(one.left_out)][:_NEAREST]
+    rows = [
+        (
+            candidate(*vars(one.candidate).values()),
+            length(one.before),
+            length(one.left_out),
+            f"{fixed(100.0 * one.share, 0)} %",
+            number(one.p_value, 2),
+        )
+        for one in best
+        if one.physical
+    ]
+    head = ("with", "left-out error without it", "with it", "residual variance removed", "p")
+    return BarTable(head, tuple(Row(cells) for cells in rows)) if rows else None
 
 
 def _forest(family: Family, contents: Contents, found: Identification) -> Any:

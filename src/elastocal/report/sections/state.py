@@ -192,7 +192,7 @@ def _remarks(contents: Contents) -> tuple[str, ...]:
         remarks += map(worded, contents.plan.doubts)
     if contents.identification is not None:
         found = contents.identification
-        remarks += identification_remarks(found)
+        remarks += identification_remarks(found, contents.searched)
     if contents.validation is not None:
         if contents.validation.kept_aside:
             kept = readings_remarks(contents.validation.measurements)
