@@ -142,3 +142,10 @@ def test_a_plan_that_does_not_identify_promises_nothing() -> None:
     assert found is not None
     assert found.rho0 == np.inf
     assert found.discrepancy > 0.0
+
+
+def test_common_errors_are_seen_beside_very_good_readings() -> None:
+    """Information on a share is small beside that on compliances: it is no rounding."""
+    study = replace(kr270_study(), instrument=ec.Isotropic(1e-6))
+    found = promised(CaseErrors(common_gain=0.003), study)
+    assert np.isfinite(found.rho0)

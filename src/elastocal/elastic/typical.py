@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from elastocal.arrays import Array
+from elastocal.arrays import Array, BoolArray
 from elastocal.elastic.case_errors import CaseErrors
 from elastocal.elastic.effects import FOOT_SLIDING, FOOT_TURNING, TOOL_SLIDING, Size, tilt_of
 from elastocal.elastic.long_links import long_links
@@ -58,7 +58,7 @@ def typical_sizes(robot: Robot, compliance: Array, origin: str = "") -> dict[str
     turning = ~robot.prismatic
     stiffest = float(compliance[turning].min()) if turning.any() else 0.0
     long = long_links(robot)
-    main = np.flatnonzero(long)[-1] if long.any() else 0
+    main = _last_main_joint(long)
     ending = f" ({origin})" if origin else ""
     slab = f"{FOOT:g} of the stiffest joint: a slab on its bed{ending}"
     sizes = {
@@ -97,6 +97,10 @@ def by_mass(robot: Robot) -> Array | None:
     if not mass > 0.0:
         return None
     long = long_links(robot)
-    main = np.flatnonzero(long)[-1] if long.any() else len(long)
-    softer = np.where(np.arange(len(long)) > main, WRIST_SOFTER, 1.0)
+    softer = np.where(np.arange(len(long)) > _last_main_joint(long), WRIST_SOFTER, 1.0)
     return np.asarray(np.where(robot.prismatic, 0.0, MASS / mass * softer))
+
+
+def _last_main_joint(long: BoolArray) -> int:
+    """The joint after which the wrist begins; the last one where no link is long."""
+    return int(np.flatnonzero(long)[-1]) if long.any() else len(long) - 1

@@ -28,6 +28,8 @@ from elastocal.study.left_rigid import counted
 from elastocal.study.study import Study, TestPose
 from elastocal.study.test_path import TestPath
 
+_UNIT = 1e-7  # size of compliances, so that information on common errors is as large as theirs
+
 
 @dataclass(frozen=True)
 class Promise:
@@ -113,7 +115,7 @@ def promise(
 def _with_errors(
     study: Study, nuisance: Nuisance, cases: LoadCases, repeats: IntArray, information: Array
 ) -> Array:
-    """(f + e, f + e) covariance of what is fitted and of e common errors, in their units of one."""
+    """(f + e, f + e) covariance of what is fitted and of e common errors, of size `_UNIT` each."""
     errors = nuisance.errors
     if not errors.any:
         return _inverse(information)
@@ -124,13 +126,13 @@ def _with_errors(
     noise += shared_covariance(errors, joints, nuisance.nominal, cases)
     noise += own_covariance(errors, joints, nuisance.nominal, cases) / count
     _, common = common_columns(errors, joints, nuisance.nominal, cases)
-    rows = np.concatenate([rows, common], axis=2)
+    rows = np.concatenate([rows, common / _UNIT], axis=2)
     white = np.linalg.solve(np.linalg.cholesky(noise), rows)
     total = np.einsum("nri,nrj->ij", white, white)
     f = len(study.fitted)
     total[:f, :f] += study.prior
-    total[f:, f:] += np.eye(len(total) - f)
-    return _inverse(total)
+    total[f:, f:] += np.eye(len(total) - f) / _UNIT**2
+    return _inverse(total, f)
 
 
 def _noise(study: Study, cases: LoadCases) -> Array:
@@ -144,9 +146,10 @@ def _noise(study: Study, cases: LoadCases) -> Array:
     return noise
 
 
-def _inverse(information: Array) -> Array:
-    """Its inverse; infinite where it is singular."""
-    if rank_of(information) < len(information):
+def _inverse(information: Array, first: int | None = None) -> Array:
+    """Its inverse; infinite where that on the `first` unknowns is singular: the rest has priors."""
+    sought = information[:first, :first]
+    if rank_of(sought) < len(sought):
         return np.full_like(information, np.inf)
     return np.asarray(scaled_inverse(information[None])[0])
 
@@ -172,7 +175,8 @@ def _common_at(study: Study, nuisance: Nuisance, pose: TestPose | TestPath, coun
     """
     found = np.zeros((*pose.regressors.shape[:2], count))
     if nuisance.errors.common_gain > 0.0 and nuisance.errors.process_force == "same":
-        found[:, :, 0] = nuisance.errors.common_gain * _compensated(study, nuisance, pose)
+        gain = nuisance.errors.common_gain / _UNIT
+        found[:, :, 0] = gain * _compensated(study, nuisance, pose)
     return found
 
 

@@ -80,6 +80,20 @@ def standard_errors(plan: Plan) -> list[BarTable]:
     return tables
 
 
+def nuisance(plan: Plan) -> BarTable | None:
+    """What moves readings besides, how large, and who says so; None if nothing does."""
+    told = plan.study.nuisance
+    if told is None or not len(told.names):
+        return None
+    rows = []
+    for name, kind, size, source in zip(
+        told.names, told.unknowns.kinds, told.deviation.tolist(), told.source, strict=True
+    ):
+        factor, unit = shown_unit(kind.compliance)
+        rows.append(Row((name, f"{number(factor * size)} × {unit}", source)))
+    return BarTable(("Nuisance", "Standard uncertainty", "From"), tuple(rows))
+
+
 def margins(plan: Plan) -> BarTable:
     """Nearest constraint of every configuration."""
     largest: dict[str, float] = {}

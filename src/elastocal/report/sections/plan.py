@@ -63,7 +63,7 @@ def plan_chapter(contents: Contents, *, alone: bool) -> Chapter | None:
         PageSection("verdict", "" if alone else "Result", top),
         PageSection("robot", "Robot", _robot(plan, drawn), scene(plan, drawn)),
         PageSection("worth", "How good", _worth(plan, contents.random, contents.others)),
-        PageSection("errors", "Errors", {"errors": tables.standard_errors(plan)}),
+        PageSection("errors", "Errors", _errors(plan)),
         PageSection("certificate", "Certificate", _certificate(plan, drawn, said.proof)),
         PageSection("constraints", "Constraints", constraints),
         PageSection("criteria", "Criteria", {"criteria": tables.criteria(plan, contents.others)}),
@@ -98,6 +98,11 @@ def _worth(plan: Plan, random: Array | None, others: Mapping[str, Assessment]) -
     several = len(plan.study.test_poses) > 1 or plan.study.only_path is not None
     by_pose = tables.test_pose_errors(plan) if several else None
     return {"chart": chart, "caption": captions.of_random(random), "by_pose": by_pose}
+
+
+def _errors(plan: Plan) -> Values:
+    """Standard errors, and sizes of what counts besides."""
+    return {"errors": tables.standard_errors(plan), "nuisance": tables.nuisance(plan)}
 
 
 def _trade_off(plan: Plan, trade_off: TradeOff) -> list[tuple[str, Markup, str]]:
