@@ -92,6 +92,25 @@ def effects_of(robot: Robot, sizes: Mapping[str, Size]) -> Effects:
     )
 
 
+def besides(robot: Robot, effects: Effects, springs: VirtualJoints) -> Effects:
+    """The effects without those that some of `springs` already are, alone or together.
+
+    An effect that is identified is no nuisance: its columns are combinations of theirs in every
+    configuration, as far as random ones and random loads tell.
+    """
+    there = _columns(robot, each_spring(springs))
+    columns = _columns(robot, effects.unknowns)
+    left = columns - there @ np.linalg.lstsq(there, columns, rcond=None)[0]
+    size, rest = (np.linalg.norm(table, axis=0) for table in (columns, left))
+    kept = np.flatnonzero(rest > _COMBINED * size).tolist()
+    return Effects(
+        _part(effects.unknowns, kept, [effects.unknowns.names[u] for u in kept]),
+        effects.deviation[kept],
+        effects.signed[kept],
+        tuple(effects.source[u] for u in kept),
+    )
+
+
 def _effect(robot: Robot, name: str, size: Size) -> Effects:
     tilting = {tilt_of(joint): j for j, joint in enumerate(robot.joint_names)}
     if name == FOOT_TURNING:
@@ -153,6 +172,8 @@ def _priors(unknowns: Unknowns, size: Size, shares: Array | None = None) -> Effe
 
 
 _SAME = 1e-10  # of the square of an angle between columns
+_COMBINED = 1e-6  # share of a column that is rounding
+_CASES = 40  # random load cases
 
 
 def _merged(robot: Robot, effects: Effects) -> Effects:
@@ -196,7 +217,7 @@ def _columns(robot: Robot, unknowns: Unknowns) -> Array:
     rng = np.random.default_rng(0)
     point = rng.uniform(-0.5, 0.5, 3)
     tool = Tool("any", point, point[None], ("M",), rotation=True)
-    q = rng.uniform(-2.0, 2.0, (5, len(robot.joints)))
-    cases = LoadCases(q, rng.normal(size=(5, 6)))
+    q = rng.uniform(-2.0, 2.0, (_CASES, len(robot.joints)))
+    cases = LoadCases(q, rng.normal(size=(_CASES, 6)))
     rows = regressor(ElasticArm(robot, unknowns.springs, tool), cases)
-    return unknowns.columns(rows).reshape(-1, len(unknowns))
+    return unknowns.columns(rows).reshape(rows.shape[0] * rows.shape[1], len(unknowns))

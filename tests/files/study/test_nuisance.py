@@ -158,3 +158,17 @@ def test_a_prior_model_without_doubt_or_of_others_is_refused(tmp_path: Path) -> 
     for name, words in (("a1", "none of what is identified"), ("a2", "no standard error of A2")):
         with pytest.raises(StudyError, match=words):
             parse_study(f"{STUDY_TEXT}prior: {{model: {name}.json}}\n", tmp_path / "study.yaml")
+
+
+def test_what_is_identified_is_no_nuisance() -> None:
+    """A foot that is identified about both axes; tilts of a joint about all three of a tensor."""
+    springs = """springs:
+  fx: {carried_by: base, axis: [1, 0, 0]}
+  fy: {carried_by: base, axis: [0, 1, 0]}
+  a5: {carried_by: A5, axis: [1, 0, 0]}
+"""
+    text = STUDY_TEXT.replace("A5, A6]", "A5, A6, fx, fy, a5]") + springs
+    names = told("typical", text).names
+    assert not any("foot turning" in name for name in names)
+    assert "tilt A5" in names
+    assert "foot sliding x" in names

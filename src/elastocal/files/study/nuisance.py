@@ -20,10 +20,12 @@ from elastocal.elastic.effects import (
     FOOT_TURNING,
     TOOL_SLIDING,
     Size,
+    besides,
     effects_of,
     tilt_of,
 )
 from elastocal.elastic.nuisance import Nuisance
+from elastocal.elastic.springs import VirtualJoints
 from elastocal.elastic.typical import ERRORS, by_mass, by_rated_torque, foot_sliding, typical_sizes
 from elastocal.errors import InputError
 from elastocal.files.sections import After, Section, fresh
@@ -90,9 +92,18 @@ class KnownJoints:
 
 
 def nuisance_of(
-    entry: Literal["none", "typical"] | NuisanceFile | None, robot: Robot, told: KnownJoints
+    entry: Literal["none", "typical"] | NuisanceFile | None,
+    robot: Robot,
+    told: KnownJoints,
+    springs: VirtualJoints,
 ) -> Nuisance | None:
     """The nuisance of a study; None if there is none.
+
+    Args:
+        entry: The section.
+        robot: The robot.
+        told: What else says how soft its joints are.
+        springs: What the study identifies, or knows: no effect that these are is nuisance.
 
     Raises:
         InputError: a joint is unknown, or slides; sizes are wanted that scale with compliances
@@ -109,6 +120,7 @@ def nuisance_of(
         raise InputError(_NOTHING_SAYS.format(", ".join(unknown)))
     sizes = typical_sizes(robot, nominal, origin) if entry.preset == "typical" else {}
     effects = effects_of(robot, sizes | _said(entry, robot, typical=bool(sizes)))
+    effects = besides(robot, effects, springs)
     if not len(effects.unknowns) and not errors.any:
         return None
     return Nuisance(

@@ -210,7 +210,15 @@ def _study(file: StudyFile, path: Path, text: str, given: KnownOf | None) -> Stu
     with at("known") if given is None else nullcontext():
         study = with_known(study, before)
     with at("nuisance"):
-        return with_nuisance(study, nuisance_of(file.nuisance, robot, _told(file, study)))
+        told = _told(file, study)
+        return with_nuisance(study, nuisance_of(file.nuisance, robot, told, _bent(study)))
+
+
+def _bent(study: Study) -> VirtualJoints:
+    """All springs that the study identifies, or knows."""
+    if study.known is None:
+        return study.springs
+    return merged(study.springs, study.known.model.springs)
 
 
 def _told(file: StudyFile, study: Study) -> KnownJoints:
