@@ -39,6 +39,8 @@ Code = Literal[
     "by-chance",
     "carried",
     "correlated",
+    "more-than-stated",
+    "shared-with-nuisance",
     "counts-less",
     "outlying",
     "linear-model",

@@ -21,7 +21,7 @@ from elastocal.cli.common import (
     writable,
 )
 from elastocal.errors import InputError
-from elastocal.identification.choices import LossName, Model, Sigma
+from elastocal.identification.choices import Fitted, LossName, Model, Sigma
 
 
 @app.command("identify")
@@ -36,6 +36,10 @@ def identify_command(
         Sigma, typer.Option(help="Noise as promised, or estimated from the residuals.")
     ] = "known",
     loss: Annotated[LossName, typer.Option(help="How outlying readings count.")] = "squares",
+    fit: Annotated[
+        Fitted,
+        typer.Option(help="With the nuisance of the study, if it has any, or the joints alone."),
+    ] = "mixed",
     nonnegative: Annotated[
         bool, typer.Option("--nonnegative", help="Rule out compliances below zero.")
     ] = False,
@@ -62,6 +66,7 @@ def identify_command(
     from elastocal.identification.fit import Fit
     from elastocal.identification.identify import identify
     from elastocal.identification.impossible import refuse_impossible_fit
+    from elastocal.identification.nuisance_found import in_short
     from elastocal.identification.search import searched
 
     models = [file for file in (mapping, prior, known) if file is not None]
@@ -82,9 +87,10 @@ def identify_command(
     identification = identify(
         study.arm,
         data,
-        Fit(model, sigma, loss, nonnegative, confidence),
+        Fit(model, sigma, loss, nonnegative, confidence, fit),
         prior=model_at(prior, study.robot),
         known=known_compliances,
+        nuisance=study.nuisance,
     )
     refuse_impossible_fit(identification, study.coupling)
     beyond = searched(identification, study.coupling) if search else None
@@ -98,7 +104,7 @@ def identify_command(
 
     show_identification(identification, beyond)
     there = at_test_poses(study, identification.model, identification.width)
-    show_errors_left(there, identification.fitted)
+    show_errors_left(there, in_short(identification))
     show_stiffness(there)
     print(f"wrote {out}")
 

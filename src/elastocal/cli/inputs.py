@@ -191,6 +191,7 @@ def fit_of(model: Path | None, confidence: float = 0.95) -> Fit:
         how.get("loss", "squares"),
         bool(how.get("nonnegative", False)),
         confidence,
+        how.get("fitted", "mixed"),
     )
 
 

@@ -47,7 +47,14 @@ def refit(
             difference.
     """
     given = None if model is None else read_model(model, study.robot, believed=False)
-    found = identify(study.arm, data, how, prior=model_at(prior, study.robot), known=known)
+    found = identify(
+        study.arm,
+        data,
+        how,
+        prior=model_at(prior, study.robot),
+        known=known,
+        nuisance=study.nuisance,
+    )
     refuse_impossible_fit(found, study.coupling)
     if given is not None and (difference := _difference(given, found)):
         raise InputError(

@@ -34,6 +34,7 @@ from elastocal.files.study.known import known_at
 from elastocal.files.study.study_file import parse_study, read_study
 from elastocal.files.texts import read_text
 from elastocal.identification.identify import identify
+from elastocal.identification.nuisance_found import in_short
 from elastocal.identification.result import Identification
 from elastocal.identification.search import searched
 from elastocal.identification.validation import Validation, validate
@@ -175,7 +176,7 @@ def _identify(study: Study, data: Measurements, out: Path) -> Identification:
     write_identification(study, identification, out, beyond=beyond)
     show_identification(identification, beyond)
     there = at_test_poses(study, identification.model, identification.width)
-    show_errors_left(there, identification.fitted)
+    show_errors_left(there, in_short(identification))
     if not there or not there[0].cartesian.rigid:
         show_stiffness(there)
     return identification

@@ -71,7 +71,7 @@ def fits(
     Args:
         rows: (B, R, p) rows, noise of unit covariance: one system for all (B = 1), or C of them.
         values: (C, R) values.
-        lower: (C, p) lower bounds of the unknowns, none if not given.
+        lower: (C, p) lower bounds of the unknowns, -inf where there is none; none if not given.
         refine: Whether to refine the estimates; steps of an iteration need not be.
 
     Source: paper eq. (6); Björck, Numerical Methods for Least Squares Problems, ch. 2.
@@ -189,11 +189,19 @@ def _solved(triangle: Array, right: Array) -> Array:
 
 
 def _bounded(triangle: Array, right: Array, lower: Array) -> tuple[Array, BoolArray]:
-    """Estimate under lower bounds, and which unknowns are held at theirs."""
+    """Estimate under lower bounds, -inf for none, and which unknowns are held at theirs."""
     from scipy.optimize import nnls
 
-    above, _ = nnls(triangle, right - triangle @ lower)
-    held = above == 0.0
+    bounded = np.isfinite(lower)
+    held = np.zeros(len(lower), dtype=bool)
+    if bounded.any():
+        # Those without a bound first: below them the triangle is that of the others.
+        order = np.append(np.flatnonzero(~bounded), np.flatnonzero(bounded))
+        moved, part = np.linalg.qr(triangle[:, order])
+        loose = int((~bounded).sum())
+        least, below = lower[bounded], part[loose:, loose:]
+        above, _ = nnls(below, (moved.T @ right)[loose:] - below @ least)
+        held[bounded] = above == 0.0
     free = ~held
     solution = np.array(lower)
     if free.any():  # the free ones again, to the accuracy of the unbounded fit

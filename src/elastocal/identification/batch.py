@@ -18,7 +18,8 @@ from elastocal.elastic.neighbourhood import Series
 from elastocal.errors import InputError
 from elastocal.fitting.least_squares import column_norms
 from elastocal.fitting.robust import Squares
-from elastocal.identification.gauss_newton import Problem, solve_equilibrium, solve_linear
+from elastocal.identification.gauss_newton import solve_equilibrium, solve_linear
+from elastocal.identification.problem import Problem
 from elastocal.matrices import eliminated
 
 

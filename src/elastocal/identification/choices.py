@@ -12,3 +12,6 @@ Sigma = Literal["known", "estimated"]
 
 LossName = Literal["squares", "huber", "bisquare"]
 """How outlying readings count; the last two trust them less."""
+
+Fitted = Literal["mixed", "joints"]
+"""Whether the nuisance parameters of a study are fitted along, or the springs it asks for alone."""

@@ -16,10 +16,11 @@ from elastocal.identification.result import Identification
 SELDOM = 0.05
 """Probability below which chance is said; below `SURE` it is ruled out."""
 _CLOSE = 0.95  # correlation above which two compliances are hard to tell apart
+_SHARES = 0.4  # correlation with a nuisance parameter that takes a good part of a compliance
 _CARRIES = 3.0  # growth of a standard error that makes an experiment indispensable
 _NOISY = 1.5  # noise over the promised one; robust scales have no exact distribution
 _EXPLAINED = 0.9  # share of the deflections that springs explain where nothing is missing
-_NOTES = ("model-may-lack",)
+_NOTES = ("model-may-lack", "shared-with-nuisance")
 _VAGUE = 0.3  # standard error over a compliance that is not worth much
 _SOFT = {"rad/(N·m)": 1e-3, "m/N": 1e-4}  # no joint of an arm is softer
 _FAR = 4.5  # residual over its own standard deviation that calls for a look
@@ -28,13 +29,18 @@ _LARGE = 2e-3  # deflection above which the linear model is too coarse [m]
 
 
 def doubts(found: Identification) -> tuple[Doubt, ...]:
-    """What should make one doubt the result; nothing if it is strong."""
+    """What should make one doubt the result; nothing if it is strong.
+
+    Signs and sizes are judged on the fit without nuisance: there nothing hides them.
+    """
+    alone = found.alone or found
     return (
-        *_signs(found),
-        *_sizes(found),
+        *_signs(alone),
+        *_sizes(alone),
+        *_told_apart(found),
         *_noise(found),
-        *_explained(found),
-        *_growing(found),
+        *_explained(alone),
+        *_growing(alone),
         *_intervals(found),
         *_carried(found),
         *_correlated(found),
@@ -67,6 +73,26 @@ def _signs(found: Identification) -> Iterator[Doubt]:
         yield Doubt("held-at-zero", held, numbers=numbers, unit=_unit(found, held))
 
 
+def _told_apart(found: Identification) -> Iterator[Doubt]:
+    """Compliances that nuisance parameters may have: the two are known better together."""
+    if found.nuisance is None:
+        return
+    error = np.sqrt(np.diagonal(found.unknown_covariance))
+    correlation = found.unknown_covariance / np.outer(error, error)
+    besides = found.nuisance.names
+    together: list[tuple[str, str]] = []
+    for name in found.identified:
+        row = correlation[found.fitted.index(name)]
+        alike = {n: float(r) for n, r in zip(found.fitted, row, strict=True) if n in besides}
+        alike = {n: r for n, r in alike.items() if r < -_SHARES}
+        if alike:
+            most = min(alike, key=lambda n: alike[n])
+            together.append((name, most))
+    if together:
+        ours, theirs = zip(*together, strict=True)
+        yield Doubt("shared-with-nuisance", ours, theirs)
+
+
 def _unit(found: Identification, names: tuple[str, ...]) -> str:
     """Unit of the compliances of these springs; none if they differ."""
     kinds = dict(zip(found.model.names, found.model.springs.kinds, strict=True))
@@ -88,6 +114,10 @@ def _sizes(found: Identification) -> Iterator[Doubt]:
 
 
 def _noise(found: Identification) -> Iterator[Doubt]:
+    if found.nuisance is not None:
+        if not found.how.estimates_sigma:
+            yield from _more_than_stated(found)
+        return
     yield from _scatter(found)
     if found.how.estimates_sigma and found.dof < _FEW:
         yield Doubt("few-degrees-of-freedom", numbers={"dof": found.dof})
@@ -138,6 +168,14 @@ def _growing(found: Identification) -> Iterator[Doubt]:
         yield Doubt("grows-with-load", numbers=vars(trend))
 
 
+def _more_than_stated(found: Identification) -> Iterator[Doubt]:
+    """Residuals larger than noise, priors and errors of load cases together make them."""
+    p = p_value_chi_square(found.chi_square, found.dof)
+    if p < SELDOM:
+        numbers = {"scale": float(np.sqrt(found.chi_square / found.dof)), "p_value": p}
+        yield Doubt("more-than-stated", numbers=numbers)
+
+
 def _unlike(found: Identification) -> Iterator[Doubt]:
     """Positions and rotations whose noises are not in the ratio that was promised."""
     if len(found.noise_of_kinds) < 2 or found.how.robust:
@@ -152,7 +190,7 @@ def _intervals(found: Identification) -> Iterator[Doubt]:
     names = tuple(
         name
         for name, a, b, k in zip(found.identified, low, high, found.compliance, strict=True)
-        if a < 0.0 < b and name not in found.held and k >= 0.0
+        if a <= 0.0 < b and name not in found.held and k >= 0.0
     )
     if names:
         yield Doubt("zero-in-interval", names)

@@ -7,7 +7,7 @@ from typing import get_args
 
 from elastocal.errors import InputError
 from elastocal.fitting.robust import LOSSES, Loss
-from elastocal.identification.choices import LossName, Model, Sigma
+from elastocal.identification.choices import Fitted, LossName, Model, Sigma
 
 
 @dataclass(frozen=True)
@@ -22,6 +22,8 @@ class Fit:
         loss: "squares", or "huber" or "bisquare", which trust outlying readings less.
         nonnegative: Whether compliances below zero are ruled out.
         confidence: Confidence of the intervals.
+        fitted: "mixed": nuisance parameters along with the springs that are sought, if the study
+            has any; "joints": these alone.
     """
 
     model: Model = "equilibrium"
@@ -29,9 +31,11 @@ class Fit:
     loss: LossName = "squares"
     nonnegative: bool = False
     confidence: float = 0.95
+    fitted: Fitted = "mixed"
 
     def __post_init__(self) -> None:
-        for name, choices in (("model", Model), ("sigma", Sigma), ("loss", LossName)):
+        kinds = ("model", Model), ("sigma", Sigma), ("loss", LossName), ("fitted", Fitted)
+        for name, choices in kinds:
             value, known = getattr(self, name), get_args(choices)
             if value not in known:
                 raise InputError(f"{name} {value!r} is not known; expected {' or '.join(known)}")

@@ -8,122 +8,22 @@ one pass over the load cases serves both. Campaigns are a batch axis: one is C =
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
-from elastocal.arrays import Array, IntArray
-from elastocal.elastic.arm import ElasticArm
+from elastocal.arrays import Array
 from elastocal.elastic.deflections import rotations
 from elastocal.elastic.equilibrium import LOST, Linearisation, linearise, unbent
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import regressor
 from elastocal.errors import InputError
-from elastocal.fitting.least_squares import LinearFit, fits, one_of
+from elastocal.fitting.least_squares import LinearFit, fits
 from elastocal.fitting.robust import Loss, robust_scale
-from elastocal.measuring.whitening import noise_factors
+from elastocal.identification.problem import Problem, Solution, compliances, rows_of_unknowns
 
 _CHUNK = 2048  # load cases evaluated at once: what stays in the cache
 _MOST_STEPS = 60
 _AT_REST = 1e-2, 1e-7  # step over standard errors and compliances: the next one is far smaller
-
-
-@dataclass(frozen=True)
-class Problem:
-    """What is to be fitted: C campaigns that differ in what was read.
-
-    Attributes:
-        arm: Robot with all c springs that bend, identified or not, and the tool with T targets.
-        free: (p,) positions of the fitted ones.
-        start: (c,) compliances of all springs; those of the free ones do not count.
-        cases: N load cases.
-        marker: (R,) target of each reading among the N · T of all load cases.
-        deflection: (C, R, 3) deflections read [m, rad].
-        covariance: (R, 3, 3) of each [m², rad²].
-        extra_rows: (E, p) further rows, such as a prior's.
-        extra_values: (C or 1, E) their values.
-        nonnegative: Whether compliances below zero are ruled out.
-        known_noise: Whether the covariances are true and not only right up to a factor.
-        variance: That factor, as far as it is found yet: what the further rows are weighed against.
-        source: Where the readings come from, empty if nobody said.
-    """
-
-    arm: ElasticArm
-    free: IntArray
-    start: Array
-    cases: LoadCases
-    marker: IntArray
-    deflection: Array
-    covariance: Array
-    extra_rows: Array
-    extra_values: Array
-    nonnegative: bool = False
-    known_noise: bool = True
-    variance: float = 1.0
-    source: str = ""
-
-    @property
-    def dof(self) -> int:
-        """Coordinates read and rows of a prior, less unknowns."""
-        return 3 * len(self.marker) + len(self.extra_rows) - len(self.free)
-
-    @cached_property
-    def noise(self) -> tuple[Array, Array]:
-        """Lower triangular factors of the covariances [m], and their inverses, (R, 3, 3) each."""
-        try:
-            return noise_factors(self.covariance)
-        except np.linalg.LinAlgError:
-            raise InputError(
-                f"{self.source or 'the measurements'}: the covariance of a reading is not positive "
-                "definite; its uncertainties are too small, or do not fit together"
-            ) from None
-
-    @cached_property
-    def shrink(self) -> float | None:
-        """One over the noise, if it is the same number for all coordinates: the usual case."""
-        whitener = self.noise[1]
-        one = whitener[0]
-        same = whitener.strides[0] == 0 and (one == one[0, 0] * np.eye(3)).all()
-        return float(one[0, 0]) if same else None
-
-
-@dataclass(frozen=True)
-class Solution:
-    """Where the iteration came to rest.
-
-    Attributes:
-        compliance: (C, p) free compliances.
-        fit: The last linear fits; their triangles are those of the whole problem.
-        rows: (B, R, 3, c) rows of all springs over the noise, B = 1 if all campaigns share them.
-        residual: (C, R, 3) residuals over the noise.
-        weight: (C, R) robust weights.
-        iterations: Steps taken.
-    """
-
-    compliance: Array
-    fit: LinearFit
-    rows: Array
-    residual: Array
-    weight: Array
-    iterations: int
-
-    def of(self, i: int) -> Solution:
-        """The i-th campaign alone, its arrays without the first axis."""
-        return Solution(
-            self.compliance[i],
-            self.fit.of(i),
-            one_of(self.rows, i),
-            self.residual[i],
-            self.weight[i],
-            self.iterations,
-        )
-
-
-def free_rows(problem: Problem, found: Solution) -> Array:
-    """(R, 3, f) rows of the fitted springs over the noise."""
-    every = len(problem.free) == found.rows.shape[-1]
-    return found.rows if every else found.rows[..., problem.free]
 
 
 def solve_linear(problem: Problem, loss: Loss) -> Solution:
@@ -134,7 +34,7 @@ def solve_linear(problem: Problem, loss: Loss) -> Solution:
 
     Source: paper eq. (9); robust losses are ours.
     """
-    start, model = np.zeros((len(problem.deflection), len(problem.free))), _Linear(problem)
+    start, model = np.zeros((len(problem.deflection), problem.unknowns)), _Linear(problem)
     for stage in _stages(loss):
         solution = _iterate(problem, model, stage, start)
         start = solution.compliance
@@ -156,15 +56,8 @@ def solve_equilibrium(problem: Problem, linear: Solution, loss: Loss) -> Solutio
 
     Source: ours.
     """
-    model = _Bent(problem, _of_all(problem, linear.compliance))
+    model = _Bent(problem, compliances(problem, linear.compliance))
     return _iterate(problem, model, loss, linear.compliance)
-
-
-def _of_all(problem: Problem, free: Array) -> Array:
-    """(C, c) compliances of all springs for those of the free ones (C, p)."""
-    compliance = np.tile(problem.start, (len(free), 1))
-    compliance[:, problem.free] = free
-    return compliance
 
 
 class _Linear:
@@ -280,27 +173,30 @@ def _first_order(parts: Sequence[tuple[Array, Linearisation]]) -> tuple[Array, A
 
 def _iterate(problem: Problem, model: _Linear | _Bent, loss: Loss, start: Array) -> Solution:
     """Gauss-Newton with weights that follow the residuals, from free compliances (C, p)."""
-    free = problem.free
-    compliance = _of_all(problem, start)
+    unknown = np.array(start)
+    compliance = compliances(problem, unknown)
     # The last step of an iteration is small; estimates by the hundred need no more digits.
     refine = len(start) == 1 and model.direct and loss.tamer is None
     for iteration in range(1, _MOST_STEPS + 1):
         rows, values = _read(problem, *model.at(compliance))
+        own = rows_of_unknowns(problem, rows)
+        if problem.columns.size:
+            more = unknown[:, -problem.columns.shape[2] :]
+            values = values - np.einsum("rie,ce->cri", problem.white_columns, more)
         weight = _weights(problem, loss, values)
-        own = rows if len(free) == rows.shape[-1] else rows[..., free]
-        found = _fit(problem, own, values, weight, compliance[:, free], refine=refine)
-        step = np.zeros_like(compliance)
-        step[:, free] = found.estimate
-        model.advance(step)
-        compliance += step
+        found = _fit(problem, own, values, weight, unknown, refine=refine)
+        unknown += found.estimate
+        before, compliance = compliance, compliances(problem, unknown)
+        model.advance(compliance - before)
         if model.lost or not np.isfinite(compliance).all():
             break
         direct = model.direct and loss.tamer is None
-        if direct or _at_rest(found, compliance[:, free]):
-            flat = own.reshape(len(own), -1, len(free)).transpose(0, 2, 1)
-            told = found.estimate.reshape(len(own), -1, len(free)) @ flat
+        if direct or _at_rest(found, unknown):
+            u = problem.unknowns
+            flat = own.reshape(len(own), -1, u).transpose(0, 2, 1)
+            told = found.estimate.reshape(len(own), -1, u) @ flat
             residual = values - told.reshape(values.shape)
-            return Solution(compliance[:, free], found, rows, residual, weight, iteration)
+            return Solution(unknown, found, rows, residual, weight, iteration)
     why = "the loads are too large for these compliances, or most readings are wrong"
     advice = "look at the linear model first"
     if loss.tamer is not None:
@@ -337,19 +233,25 @@ def _read(problem: Problem, modelled: Array, gradient: Array) -> tuple[Array, Ar
 def _fit(
     problem: Problem, rows: Array, values: Array, weight: Array, at: Array, *, refine: bool
 ) -> LinearFit:
-    """Steps of the free compliances, prior included."""
+    """Steps of the unknowns, prior included."""
     if not (weight == 1.0).all():
         root = np.sqrt(weight)[..., None]
         rows, values = rows * root[..., None], values * root
-    if problem.variance != 1.0:
-        root = problem.variance**-0.5
-        rows, values = rows * root, values * root
     flat, right = rows.reshape(len(rows), -1, rows.shape[-1]), values.reshape(len(values), -1)
+    shared = problem.shared
+    if shared is not None or problem.variance != 1.0:
+        scale = np.full(right.shape[1], problem.variance)
+        if shared is not None:  # one campaign
+            flat, right = shared.turned(flat[0])[None], shared.turned(right.T).T
+            scale = scale + shared.absolute
+        over = 1.0 / np.sqrt(scale)
+        flat, right = flat * over[:, None], right * over
     if len(problem.extra_rows):
         extra = np.broadcast_to(problem.extra_rows, (len(flat), *problem.extra_rows.shape))
         flat = np.concatenate([flat, extra], axis=1)
         right = np.hstack([right, problem.extra_values - at @ problem.extra_rows.T])
-    return fits(flat, right, lower=-at if problem.nonnegative else None, refine=refine)
+    lower = problem.lower - at if problem.lower.size else None
+    return fits(flat, right, lower=lower, refine=refine)
 
 
 def _weights(problem: Problem, loss: Loss, values: Array) -> Array:

@@ -35,6 +35,9 @@ def left_out_covariance(found: Identification, keep: BoolArray | None = None) ->
     Source: ours; the fit without group g has the information M - M_g.
     """
     whole = found.measurements
+    if found.left_out_covariance.size:
+        given = found.left_out_covariance
+        return given if keep is None else np.asarray(given[keep[whole.case]])
     data = whole if keep is None else chosen(whole, keep)
     weight = found.weight if keep is None else found.weight[keep[whole.case]]
     moving = [found.model.names.index(name) for name in found.fitted]

@@ -51,8 +51,8 @@ class Linearised:
 
 
 def linearised(found: Identification) -> Linearised:
-    """The fit at its estimate."""
-    data = found.measurements
+    """The fit of the springs that are sought, without nuisance, at its estimate."""
+    found, data = found.alone or found, found.measurements
     noise, quiet = noise_factors(data.covariance)
     whitener = quiet * np.sqrt(found.weight / found.variance)[:, None, None]
     names = tuple(name for name in found.fitted if name not in found.held)

@@ -10,6 +10,7 @@ import numpy as np
 from elastocal.arrays import Array, IntArray
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.compliance_model import ComplianceModel
+from elastocal.elastic.nuisance import Nuisance
 from elastocal.fitting.goodness import LackOfFit, quantile, quantiles
 from elastocal.fitting.influence import Influence
 from elastocal.fitting.least_squares import column_norms
@@ -39,7 +40,8 @@ class Identification:
     Attributes:
         model: All compliances, those that were known beforehand included, with their covariance.
         identified: Names of the p identified ones, in chain order.
-        fitted: Names of the f fitted ones: these, and those known beforehand, but not exactly.
+        fitted: Names of the f unknowns: these, those known beforehand, but not exactly, nuisance
+            parameters, and what all experiments share.
         how: How they were fitted.
         linear: (p,) estimates of the linear model, from the same readings.
         scale: Estimated noise over that of instrument or file; 1 means: as promised.
@@ -52,13 +54,19 @@ class Identification:
         influence: Of every experiment.
         configuration_influence: Of every distinct load case.
         left_out: (R, 3) residuals of every reading when its experiment is left out [m, rad].
+        left_out_covariance: (R, 3, 3) in which these are expected [m², rad²]; not given where it
+            can be had from the model alone: see `leave_one_out`.
         held: Names held at zero by `nonnegative`.
-        unbounded: (p,) estimates without that bound.
+        unknown: (f,) estimates of all that was fitted.
+        unknown_covariance: (f, f) their covariance.
+        unbounded: (p,) estimates of those that are sought without that bound.
         triangle: (f, f) upper triangular R with RᵀR the information.
         variance: What the promised variances of the readings count for in it.
         iterations: Gauss-Newton steps.
         measurements: What was fitted.
         arm: The robot with all springs of the model and the measured tool.
+        nuisance: What was fitted along besides; None for nothing.
+        alone: The fit without it.
     """
 
     model: ComplianceModel
@@ -76,13 +84,18 @@ class Identification:
     influence: Influence
     configuration_influence: Influence
     left_out: Array
+    left_out_covariance: Array
     held: tuple[str, ...]
+    unknown: Array
+    unknown_covariance: Array
     unbounded: Array
     triangle: Array
     variance: float
     iterations: int
     measurements: Measurements = field(repr=False)
     arm: ElasticArm = field(repr=False)
+    nuisance: Nuisance | None = None
+    alone: Identification | None = field(default=None, repr=False)
 
     @property
     def index(self) -> list[int]:
@@ -113,6 +126,8 @@ class Identification:
     def interval(self) -> Array:
         """(p, 2) confidence intervals [rad/(N·m) or m/N]; of what is held at zero, one-sided.
 
+        Where compliances below zero are ruled out, so are they in the intervals.
+
         Source: a limit on what cannot be below zero, from the estimate without the bound.
         """
         confidence, dof = self.how.confidence, self.freedom
@@ -120,7 +135,8 @@ class Identification:
         found = np.asarray(self.compliance[:, None] + np.outer(half, [-1.0, 1.0]))
         held = [name in self.held for name in self.identified]
         limit = quantiles(confidence, dof) * self.standard_error
-        found[held, 0] = 0.0
+        if self.how.nonnegative or self.nuisance is not None:
+            found[:, 0] = np.maximum(found[:, 0], 0.0)
         found[held, 1] = (np.maximum(self.unbounded, 0.0) + limit)[held]
         return found
 

@@ -38,8 +38,9 @@ def searched(found: Identification, table: Coupling) -> Searched:
     """Look for what else explains the readings.
 
     Args:
-        found: The identification.
+        found: The identification; its fit without nuisance, which would hide what is looked for.
         table: What the controller shows for the joint values of the model, as assumed.
     """
+    found = found.alone or found
     convention = other_convention(found, table)
     return Searched(convention, what_is_missing(found) if convention is None else None)

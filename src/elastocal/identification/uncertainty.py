@@ -15,7 +15,7 @@ from elastocal.errors import Doubt, IdentifiabilityError
 from elastocal.fitting.mixed import Rows, Spread, noise_variance, spread_found, spread_known
 from elastocal.fitting.robust import EFFICIENCY, inflation, robust_scale
 from elastocal.identification.fit import Fit
-from elastocal.identification.gauss_newton import Problem, Solution, free_rows
+from elastocal.identification.problem import Problem, Solution, free_rows
 from elastocal.wording import worded
 
 
@@ -35,37 +35,68 @@ def noise(how: Fit, problem: Problem, found: Solution, chi_square: float) -> tup
         if not how.estimates_sigma:  # no robust fit beats least squares by luck
             variance = max(variance, 1.0 / EFFICIENCY)
         return scale, variance
+    if problem.shared is not None or (how.estimates_sigma and len(problem.extra_rows)):
+        rows = rows_at(problem, found)
+        shown = noise_variance(rows, problem.variance) if rows.pure_dof > 0 else 0.0
+        scale = float(np.sqrt(shown)) if shown > 0.0 else float("nan")
     if not how.estimates_sigma:
         return scale, 1.0
-    variance = scale**2 if dof > 0 else 0.0
-    if len(problem.extra_rows):
-        rows = rows_at(problem, found)
-        shown = rows.pure_dof > 0
-        variance = noise_variance(rows, problem.variance) if shown else 0.0
-    if not variance > 0.0 and (dof < 1 or len(problem.extra_rows)):
+    if not np.isfinite(scale) or dof < 1:
         doubt = Doubt("no-freedom", numbers={"readings": len(found.residual)})
         raise IdentifiabilityError(worded(doubt)).with_doubts(doubt)
-    return float(np.sqrt(variance)), variance
+    return scale, scale**2
+
+
+def over_noise(problem: Problem, found: Solution, variance: float) -> tuple[Array, Array]:
+    """(3R, u) rows and (3R,) residuals of unit noise, errors of absolute size counted in."""
+    root = np.sqrt(found.weight)[:, None]
+    rows = (free_rows(problem, found) * root[..., None]).reshape(-1, problem.unknowns)
+    residual = (found.residual * root).ravel()
+    scale = np.full(len(residual), variance)
+    if problem.shared is not None:
+        rows = problem.shared.turned(rows)
+        residual = problem.shared.turned(residual[:, None])[:, 0]
+        scale = scale + problem.shared.absolute
+    over = 1.0 / np.sqrt(scale)
+    return rows * over[:, None], residual * over
+
+
+def prior_misfit(problem: Problem, found: Solution) -> float:
+    """Squares of what the estimate is off what was known before, over its doubt."""
+    off = problem.extra_values[0] - problem.extra_rows @ found.compliance
+    return float(np.sum(off**2))
+
+
+def squares(problem: Problem, found: Solution) -> float:
+    """Squared residuals over what was promised, those of what was known before included."""
+    if problem.shared is None:
+        return float(np.sum(found.residual**2)) + prior_misfit(problem, found)
+    _, residual = over_noise(problem, replace(found, weight=np.ones_like(found.weight)), 1.0)
+    return float(np.sum(residual**2)) + prior_misfit(problem, found)
 
 
 def rows_at(problem: Problem, found: Solution) -> Rows:
     """The whole fit as rows, linearised where it came to rest."""
     root = np.sqrt(found.weight)[:, None]
-    rows = (free_rows(problem, found) * root[..., None]).reshape(-1, found.compliance.shape[-1])
+    rows = (free_rows(problem, found) * root[..., None]).reshape(-1, problem.unknowns)
     values = (found.residual * root).ravel() + rows @ found.compliance
-    extra = len(problem.extra_rows)
+    absolute, extra = np.zeros(len(rows)), len(problem.extra_rows)
+    if problem.shared is not None:
+        absolute = problem.shared.absolute
+        rows = problem.shared.turned(rows)
+        values = problem.shared.turned(values[:, None])[:, 0]
     return Rows(
         rows=np.concatenate([rows, problem.extra_rows]),
         values=np.append(values, problem.extra_values[0]),
         own=np.append(np.ones(len(rows)), np.zeros(extra)),
-        absolute=np.append(np.zeros(len(rows)), np.ones(extra)),
+        absolute=np.append(absolute, np.ones(extra)),
     )
 
 
 def spread_of(how: Fit, problem: Problem, found: Solution, variance: float) -> Spread:
     """Covariance of what was fitted, the bounds left out: what is held is as uncertain as ever."""
     dof = float(problem.dof) if how.estimates_sigma else np.inf
-    if not len(problem.extra_rows):
+    if not len(problem.extra_rows) and problem.shared is None:
         covariance = frozen(variance * found.fit.covariance)
         return Spread(covariance, covariance, dof, variance)
     rows = rows_at(problem, found)
@@ -80,15 +111,18 @@ def triangle_of(problem: Problem, found: Solution, variance: float) -> Array:
     triangle = found.fit.triangle
     if problem.variance == variance:
         return triangle
-    if not len(problem.extra_rows):
+    if not len(problem.extra_rows) and problem.shared is None:
         return frozen(triangle * np.sqrt(problem.variance / variance))
     rows = rows_at(problem, found)
     weighed = rows.rows * np.sqrt(rows.weight(variance))[:, None]
     return frozen(np.linalg.qr(weighed, mode="r"))
 
 
-def over_all(problem: Problem, of_fitted: Array) -> Array:
-    """(c, c) covariance of all springs of one of the fitted ones (f, f); zero for the others."""
+def over_all(problem: Problem, of_unknowns: Array) -> Array:
+    """(c, c) covariance of all springs of one of the unknowns (u, u); zero for what is exact."""
+    if problem.make.size:
+        made = problem.make.shape[1]
+        return np.asarray(problem.make @ of_unknowns[:made, :made] @ problem.make.T)
     whole = np.zeros((len(problem.start), len(problem.start)))
-    whole[np.ix_(problem.free, problem.free)] = of_fitted
+    whole[np.ix_(problem.free, problem.free)] = of_unknowns
     return whole

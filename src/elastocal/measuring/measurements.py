@@ -6,12 +6,12 @@ their covariance. All readings of an experiment share its load case.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
-from elastocal.arrays import Array, BoolArray, IntArray, freeze
+from elastocal.arrays import Array, BoolArray, IntArray, freeze, frozen
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import Doubt, InputError
 from elastocal.robot.chain import Tool
@@ -59,6 +59,8 @@ class Measurements:
             left out; what is in one of them is known by what was fitted to it.
         remarks: Sentences of the reader on what it made of the file.
         doubts: What looks odd in them.
+        unloaded: (R,) number of the unloaded reading that was taken off each; deflections with one
+            number share its noise. One for each if not given.
     """
 
     tool: Tool
@@ -74,9 +76,12 @@ class Measurements:
     readings: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
     doubts: tuple[Doubt, ...] = ()
+    unloaded: IntArray = field(default_factory=lambda: frozen([], np.int64))
 
     def __post_init__(self) -> None:
         freeze(self, "case", "marker", dtype=np.int64)
+        unloaded = self.unloaded if len(self.unloaded) else np.arange(len(self.case))
+        freeze(self, unloaded=unloaded, dtype=np.int64)
         freeze(self, "deflection", "covariance")
         case, marker = self.case, self.marker
         deflection, covariance = self.deflection, self.covariance
@@ -162,4 +167,5 @@ def chosen(measurements: Measurements, keep: BoolArray) -> Measurements:
         marker=measurements.marker[reading],
         deflection=measurements.deflection[reading],
         covariance=measurements.covariance[reading],
+        unloaded=measurements.unloaded[reading],
     )

@@ -8,12 +8,14 @@ from rich.table import Table
 from rich.text import Text
 
 from elastocal.identification.doubts import SELDOM, doubts, is_weak
+from elastocal.identification.nuisance_found import nuisance_found
 from elastocal.identification.result import Identification
 from elastocal.identification.search import Searched
 from elastocal.identification.validation import Validation, doubts_of_validation, summary
 from elastocal.measuring.measurements import Quantity
 from elastocal.robot.joint_kinds import PRISMATIC
 from elastocal.terminal.console import micrometres, out, whole
+from elastocal.terminal.fitted_along import show_fitted_along
 from elastocal.wording import ended, worded
 from elastocal.wording.identification import SURE, chance
 from elastocal.wording.lists import counted
@@ -52,12 +54,16 @@ def show_identification(found: Identification, beyond: Searched | None = None) -
             _interval(low, k, high, largest),
         )
     whole(table)
-    along = [name for name in found.fitted if name not in found.identified]
+    besides = {one.name for one in nuisance_found(found)}
+    along = [n for n in found.fitted if n not in found.identified and n not in besides]
     if along:
         out.print(Text(f"Known from before, and fitted along: {', '.join(along)}"))
-    known = [name for name in found.model.names if name not in found.fitted]
+    made = () if found.nuisance is None else found.nuisance.unknowns.springs.names
+    known = [n for n in found.model.names if n not in found.fitted and n not in made]
     if known:
         out.print(Text(f"Taken as known exactly: {', '.join(known)}"))
+    if found.nuisance is not None:
+        show_fitted_along(found)
     out.print(Text(_noise(found)))
     out.print(Text(_linear(found)))
     odd = (*doubts(found), *(() if beyond is None else beyond.doubts))
@@ -86,8 +92,13 @@ def _noise(found: Identification) -> str:
         for size, unit in sizes
     )
     text = (
-        f"Residuals: {each}; noise {found.scale:.3g} times what σ promises{_of_kinds(found)} "
-        f"(χ² = {found.chi_square:.4g}, {found.dof} degrees of freedom)"
+        f"Residuals: {each}; "
+        + (
+            f"noise {found.scale:.3g} times what σ promises{_of_kinds(found)} "
+            if np.isfinite(found.scale)
+            else ""
+        )
+        + f"(χ² = {found.chi_square:.4g}, {found.dof} degrees of freedom)"
     )
     lack = found.lack_of_fit
     if lack is not None and lack.fit_dof > 0:

@@ -176,6 +176,15 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     "zero-in-interval": _zero_in_interval,
     "carried": _carried,
     "by-chance": _by_chance,
+    "more-than-stated": lambda doubt: (
+        f"what is left is {short(doubt.numbers['scale'])} times as large as noise, priors and the "
+        f"stated errors of load cases make it, {chance(doubt.numbers['p_value'])}: one of them is "
+        "larger, or something else gives way"
+    ),
+    "shared-with-nuisance": lambda doubt: (
+        "known together, and better than each alone: "
+        + ", ".join(f"{a} with {b}" for a, b in zip(doubt.about, doubt.because, strict=True))
+    ),
     "correlated": lambda doubt: (
         f"{doubt.about[0]} and {doubt.about[1]}: correlated by "
         f"{doubt.numbers['correlation']:.3f}; their combination is known better than either"

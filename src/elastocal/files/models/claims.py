@@ -16,7 +16,7 @@ from elastocal.files.sections import After, Before, OpenSection
 from elastocal.files.values import AtLeastZero, Finite, Flag, Matrix, Name, Natural
 from elastocal.files.yaml_lines import LocatedError, at
 from elastocal.fitting.goodness import quantile
-from elastocal.identification.choices import LossName, Model, Sigma
+from elastocal.identification.choices import Fitted, LossName, Model, Sigma
 
 AGREE = 1e-3
 """Share by which a claim may differ from what it is claimed of: files of people have few digits."""
@@ -68,10 +68,13 @@ class IdentificationFile(OpenSection):
     model: Model = "equilibrium"
     sigma: Sigma = "known"
     loss: LossName = "squares"
+    fitted: Fitted = "mixed"
     nonnegative: Flag = False
     confidence: Annotated[Finite, After(_confidence)] = 0.95
     interval: dict[str, Annotated[list[Finite], Before(_two)]] | None = None
     linear_model: dict[str, Finite] | None = None
+    nuisance: list[dict[str, Any]] | None = None
+    joints_alone: dict[str, Any] | None = None
     iterations: Natural | None = None
     experiments: Natural | None = None
     readings: Natural | None = None
@@ -111,25 +114,27 @@ def refuse_false_claims(
         if unknown := [n for n in (*named, *(how.interval or {})) if n not in model.names]:
             raise InputError(f"identification: there is no compliance of {unknown[0]!r:.80}")
         for name, claimed in (how.interval or {}).items():
-            held = how.nonnegative and model.of([name])[0] == 0.0
-            _refuse_interval(model, name, claimed, how.confidence, held=held)
+            bounded = how.nonnegative or how.nuisance is not None
+            _refuse_interval(model, name, claimed, how.confidence, bounded=bounded)
     if weak is not None and weak.correlation is not None:
         with at("diagnostics", "correlation"):
             _refuse_correlation(model, named, weak.correlation)
 
 
 def _refuse_interval(
-    model: ComplianceModel, name: str, claimed: list[float], confidence: float, *, held: bool
+    model: ComplianceModel, name: str, claimed: list[float], confidence: float, *, bounded: bool
 ) -> None:
     """Refuse an interval that is not that of a compliance and its standard error."""
     i = model.names.index(name)
     value, error = model.compliance[i], model.standard_error[i]
     dof = float(model.freedom(np.eye(len(model.names))[i : i + 1])[0])
-    half = quantile(0.5 + 0.5 * confidence, dof) * error
+    half, held = quantile(0.5 + 0.5 * confidence, dof) * error, bounded and value == 0.0
     found = value + half * np.array([-1.0, 1.0])
     if held:  # by the estimate without the bound, which was not above zero by more than chance
         limit = quantile(confidence, dof) * error
         found = np.array([0.0, min(max(claimed[1], limit), limit + half)])
+    elif bounded:
+        found = np.maximum(found, 0.0)
     if (np.abs(found - claimed) > AGREE * half + 1e-6 * abs(value)).any():
         raise LocatedError(
             ("interval", name),

@@ -10,6 +10,7 @@ from elastocal.elastic.load_cases import LoadCases
 from elastocal.files.doubt_entries import doubt_entries
 from elastocal.files.plans.load_case_entries import load_case_entries
 from elastocal.identification.doubts import doubts
+from elastocal.identification.nuisance_found import nuisance_found
 from elastocal.identification.result import Identification
 from elastocal.identification.search import Searched
 from elastocal.identification.validation import Validation, summary
@@ -28,6 +29,7 @@ def identification_sections(
             "model": how.model,
             "sigma": how.sigma,
             "loss": how.loss,
+            **({} if how.fitted == "mixed" else {"fitted": how.fitted}),
             "nonnegative": how.nonnegative,
             "confidence": how.confidence,
             "interval": _named(found, found.interval.tolist()),
@@ -36,6 +38,7 @@ def identification_sections(
             "experiments": len(found.measurements.cases),
             "readings": len(found.measurements),
             "load_cases": _load_cases(found),
+            **nuisance_section(found),
         },
         "diagnostics": {
             "remarks": [worded(doubt) for doubt in weak],
@@ -82,6 +85,32 @@ def _beyond(beyond: Searched) -> dict[str, Any]:
             }
             for one in beyond.lacks.tested
         ]
+    }
+
+
+def nuisance_section(found: Identification) -> dict[str, Any]:
+    """What was fitted along, with its priors; and the springs that are sought without it."""
+    if found.nuisance is None or found.alone is None:
+        return {}
+    alone = found.alone
+    return {
+        "nuisance": [
+            {
+                "name": one.name,
+                "value": one.value,
+                "standard_error": one.standard_error,
+                "prior_mean": one.mean,
+                "prior_uncertainty": one.deviation,
+                "unit": one.unit,
+                "held_at_zero": one.held,
+                "source": one.source,
+            }
+            for one in nuisance_found(found)
+        ],
+        "joints_alone": {
+            "compliance": _named(alone, alone.compliance.tolist()),
+            "standard_error": _named(alone, alone.standard_error.tolist()),
+        },
     }
 
 

@@ -34,6 +34,7 @@ from elastocal.report.layout import two_widths
 from elastocal.report.residual_figures import residual_figures
 from elastocal.report.scene import vector_scene
 from elastocal.report.section import Chapter, PageSection, Values
+from elastocal.report.sections.nuisance import nuisance_section
 from elastocal.report.tables import BarTable, Row
 from elastocal.report.verdict import Tile
 from elastocal.wording import worded
@@ -53,8 +54,10 @@ def identification_chapter(contents: Contents) -> Chapter | None:
     if found is None:
         return None
     figures = residual_figures(found)
+    besides = () if found.nuisance is None else (nuisance_section(found),)
     sections = (
         PageSection("identification", "Compliances", _result(contents, found)),
+        *besides,
         PageSection(
             "residuals",
             "Residuals",

@@ -1,0 +1,73 @@
+"""Section of what was fitted along: nuisance parameters, and what they do to predictions."""
+
+from __future__ import annotations
+
+from elastocal.identification.left_out_error import left_out_error
+from elastocal.identification.nuisance_found import NuisanceFound, nuisance_found
+from elastocal.identification.result import Identification
+from elastocal.report.charts.expected import expected_chart
+from elastocal.report.layout import two_widths
+from elastocal.report.section import PageSection
+from elastocal.report.tables import BarTable, Row
+from elastocal.report.verdict import Tile
+from elastocal.wording.numbers import number, readable, small
+
+_COMMON = "shared by all experiments"
+
+
+def nuisance_section(found: Identification) -> PageSection:
+    """What was found of each parameter beside what was expected, and what predictions gain."""
+    told = nuisance_found(found)
+    return PageSection(
+        "nuisance",
+        "Fitted along",
+        {
+            "tiles": _tiles(found),
+            "chart": two_widths(lambda width: expected_chart(told, width)),
+            "table": _table(told),
+            "held": any(one.held for one in told),
+        },
+    )
+
+
+def _tiles(found: Identification) -> list[Tile]:
+    seen, promised = left_out_error(found)
+    tiles = [
+        Tile(
+            "Left out, predicted",
+            small(seen, "m"),
+            f"Error of experiments left out one after the other (RMS); promised "
+            f"{small(promised, 'm')}.",
+        )
+    ]
+    if found.alone is not None:
+        alone, less = left_out_error(found.alone)
+        tiles.append(
+            Tile(
+                "With the joints alone",
+                small(alone, "m"),
+                f"The same without what was fitted along; promised {small(less, 'm')}.",
+            )
+        )
+    return tiles
+
+
+def _table(told: tuple[NuisanceFound, ...]) -> BarTable:
+    """Values in units people read, and where what was expected is from."""
+    rows = []
+    for one in told:
+        factor, unit = readable(one.unit, one.deviation) if one.unit else (1.0, "uncertainties")
+        value = "held at 0" if one.held else number(factor * one.value, 3)
+        rows.append(
+            Row(
+                (
+                    one.name,
+                    value,
+                    f"± {number(factor * one.standard_error, 2)}",
+                    f"{number(factor * one.mean, 2)} ± {number(factor * one.deviation, 2)}",
+                    unit,
+                    one.source if one.unit else _COMMON,
+                )
+            )
+        )
+    return BarTable(("", "found", "error", "expected", "unit", "its size is from"), tuple(rows))

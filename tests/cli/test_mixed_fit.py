@@ -1,0 +1,104 @@
+"""The commands with nuisance in the study: mixed fit, the joints alone, the file between them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from elastocal.cli import app
+from elastocal.errors import ModelFileError
+from elastocal.files.measurements.measurement_file import read_measurements, write_measurements
+from elastocal.files.models.model_file import read_model
+from elastocal.files.study.study_file import read_study
+from elastocal.identification.identify import identify
+from elastocal.report import html
+from elastocal.report.contents import Contents
+from tests.campaigns import NAMES, arm, measured, sideways
+
+STUDY = """\
+elastocal: 1
+robot: kuka-kr270
+identify: [A1, A2, A3, A4, A5, A6]
+tools:
+  milling: {tcp_mm: [986, 0, 0]}
+  calibration: {load_point_mm: [611.5, 0, -460], markers_mm: {M1: [611.5, 0, -460]}}
+test_poses:
+  - {name: milling, tool: milling, q_deg: [0, -56.9, 89.3, 45.1, 76, 57.2], force_N: [0, 280, -180]}
+experiments: {tool: calibration, max_force_N: 2500, direction: free, count: 24}
+instrument: {sigma_mm: 0.03}
+nuisance: typical
+"""
+EVERY = ("A1", *NAMES)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Study, readings and a model identified from them."""
+    made = tmp_path_factory.mktemp("mixed")
+    (made / "study.yaml").write_text(STUDY)
+    truth = np.array([0.623, 0.302, 0.406, 3.002, 3.303, 2.365]) * 1e-6
+    data = measured(arm(EVERY), sideways(24), truth, rng=np.random.default_rng(1))
+    write_measurements(data, read_study(made / "study.yaml").robot, made / "readings.csv")
+    result = run(made, "identify", "study.yaml", "readings.csv", "-o", "model.json")
+    assert "fitted along" in result
+    assert "known together" in result
+    return made
+
+
+def run(folder: Path, command: str, *words: str) -> str:
+    files = [str(folder / word) if "." in word else word for word in words]
+    result = CliRunner().invoke(app, [command, *files])
+    assert result.exit_code == 0, result.output
+    return " ".join(result.output.split())
+
+
+def test_the_model_has_the_springs_that_were_fitted_along(folder: Path) -> None:
+    document = json.loads((folder / "model.json").read_text())
+    assert "tool sliding x" in {entry["name"] for entry in document["identification"]["nuisance"]}
+    assert set(document["springs"]) < set(document["compliance"])
+    alone = document["identification"]["joints_alone"]["compliance"]
+    assert list(alone) == list(EVERY)
+    error = {name: document["compliance"][name]["standard_error"] for name in EVERY}
+    less = document["identification"]["joints_alone"]["standard_error"]
+    assert all(error[name] > less[name] for name in EVERY)
+
+
+def test_validation_finds_the_same_model(folder: Path) -> None:
+    said = run(folder, "validate", "study.yaml", "model.json", "readings.csv")
+    assert "left out in turn" in said
+
+
+def test_the_report_shows_what_was_fitted_along(folder: Path) -> None:
+    study = read_study(folder / "study.yaml")
+    data = read_measurements(folder / "readings.csv", study)
+    found = identify(study.arm, data, nuisance=study.nuisance)
+    page = html(Contents(identification=found))
+    assert 'id="nuisance"' in page
+    assert "tool sliding x" in page
+    assert "With the joints alone" in page
+
+
+def test_the_joints_alone_stay_by_their_name(folder: Path) -> None:
+    said = run(folder, "identify", "study.yaml", "readings.csv", "--fit", "joints",
+               "-o", "joints.json")  # fmt: skip
+    assert "fitted along" not in said
+    whole = json.loads((folder / "model.json").read_text())
+    alone = json.loads((folder / "joints.json").read_text())
+    assert alone["identification"]["fitted"] == "joints"
+    for name, value in whole["identification"]["joints_alone"]["compliance"].items():
+        assert alone["compliance"][name]["value"] == pytest.approx(value, rel=1e-12)
+    run(folder, "validate", "study.yaml", "joints.json", "readings.csv")
+
+
+def test_an_edited_interval_of_a_mixed_fit_is_refused(folder: Path) -> None:
+    document = json.loads((folder / "model.json").read_text())
+    document["identification"]["interval"]["A2"][1] *= 0.5
+    (folder / "edited.json").write_text(json.dumps(document))
+    robot = read_study(folder / "study.yaml").robot
+    read_model(folder / "model.json", robot)
+    with pytest.raises(ModelFileError, match="A2"):
+        read_model(folder / "edited.json", robot)
