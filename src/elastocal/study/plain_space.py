@@ -33,7 +33,7 @@ from elastocal.constraints import (
 from elastocal.constraints.collision.distance import Pairs
 from elastocal.constraints.collision.shell import far_apart_first
 from elastocal.constraints.collision.solid import Solid
-from elastocal.constraints.collision.support import spanned
+from elastocal.constraints.collision.support import FIELDS, by_direction, spanned
 from elastocal.core import layout
 from elastocal.core.layout import Closer, LoadKind, MarginKind, Memory, PairKind
 from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, Load
@@ -223,8 +223,15 @@ class PlainSpaceOf:
                 plain.tips, plain.tip = len(span.points), self._memory.reals(span.points)
                 plain.round, plain.spokes = int(span.spokes.any()), tuple(np.ravel(span.spokes))
                 plain.skin = span.skin
+                if len(span.points) > _FEW:
+                    starts, foremost = by_direction(span.points)
+                    plain.fields = FIELDS
+                    plain.starts, plain.foremost = map(self._memory.integers, (starts, foremost))
             self._solids.append(plain)
         return start
+
+
+_FEW = 12  # points that are looked at one by one
 
 
 def _pair(first: int, second: int, other: Solid) -> layout.PlainPair:

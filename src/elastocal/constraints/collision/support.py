@@ -7,11 +7,12 @@ around them part is nearly that.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from elastocal.arrays import Array, IntArray
+from elastocal.arrays import Array, IntArray, frozen
 from elastocal.constraints.collision.shell import box_shell
 from elastocal.constraints.collision.solid import Solid
 from elastocal.robot.posture import Posture
@@ -42,6 +43,45 @@ def spanned(solid: Solid) -> Spanned:
         points = np.array([[0.0, 0.0, -half], [0.0, 0.0, half]])
         rim, skin = (size[0], 0.0) if solid.kind == "cylinder" else (0.0, size[0])
     return Spanned(points @ turn.T + solid.pose[:3, 3], rim * turn[:, :2].T, float(skin))
+
+
+FIELDS = 6
+"""Fields along a side of the cube of directions, see `by_direction`."""
+
+
+def by_direction(points: Array) -> tuple[IntArray, IntArray]:
+    """Which of points (P, 3) may be the farthest along a direction, for parts of all directions.
+
+    The sides of a cube, +x, -x, +y to -z, have `FIELDS`² fields each, side by side first along
+    the axis after that of the side, y after x and x after z, then along the next one.
+
+    Returns:
+        Where the points of each field begin, (6 `FIELDS`² + 1,), and their numbers.
+
+    Source: ours. A point is out of the question if another one is as far along all corners of a
+    field, for so it is along what is between them.
+    """
+    return _by_direction(np.ascontiguousarray(points, dtype=float).tobytes())
+
+
+@lru_cache(maxsize=256)
+def _by_direction(data: bytes) -> tuple[IntArray, IntArray]:
+    points = np.frombuffer(data).reshape(-1, 3)
+    _, first = np.unique(points, axis=0, return_index=True)
+    low, step = np.mgrid[:FIELDS, :FIELDS].reshape(2, -1, 1), np.indices((2, 2)).reshape(2, 1, 4)
+    across = 2.0 / FIELDS * (low + step) - 1.0  # (2, F², 4) of the corners of the fields
+    counts, found = [0], []
+    for side in range(6):
+        ahead = np.full(across.shape[1:], 1.0 - 2.0 * (side % 2))
+        corners = np.roll([ahead, *across], side // 2, axis=0)
+        far = np.tensordot(corners, points[first], axes=(0, 1))  # (F², 4, P)
+        rivals = np.column_stack([far.argmax(axis=2), far.sum(axis=1).argmax(axis=1)])
+        best = np.take_along_axis(far, rivals[:, None], axis=2)[:, :, :, None]
+        beaten = (best >= far[:, :, None]).all(axis=1) & (best > far[:, :, None]).any(axis=1)
+        left = ~np.any(beaten, axis=1)
+        counts += left.sum(axis=1).tolist()
+        found.append(first[np.nonzero(left)[1]])
+    return frozen(np.cumsum(counts), np.int64), frozen(np.concatenate(found), np.int64)
 
 
 def largest(posture: Posture, solid: Solid, case: IntArray, direction: Array) -> Array:

@@ -282,10 +282,11 @@ INLINE void watched(const double *position, vector at, vector *start, vector *en
     *end = plus(*start, times(larger(length - NEAR_MARKER, every(0.0)) / length, beam));
 }
 
-/* The least signed distance of the pairs of a margin, at most its horizon. The pair that was the
- * nearest last time comes first: the others are seldom nearer. */
-static lanes nearest_pair(const Space *s, const Margin *g, const Place *p) {
-    lanes best = every(g->horizon);
+/* The least signed distance of the pairs of a margin, at most `best`; where it is only to be
+ * decided whether any is less, that is -INFINITY. The pair that was the nearest last time comes
+ * first: the others are seldom nearer. */
+static lanes nearest_pair(const Space *s, const Margin *g, const Place *p, lanes best,
+                          int deciding) {
     const int beaming = g->kind == LINE_OF_SIGHT;
     Nearest *nearest = &p->nearest[g - s->margin];
     int64_t *hints = p->hints, *front = hints + 2 * pairs_of(s) + (g - s->margin);
@@ -337,13 +338,13 @@ static lanes nearest_pair(const Space *s, const Margin *g, const Place *p) {
         n.first = minus(n.first, times(radius, n.normal));
         if (pair->closer == BY_REACH) {
             if (pair->kind == A_PLANE) drop_by_reach(p, one, pair->pose, &n);
-            else part_by_reach(p, one, two, best, &n);
+            else part_by_reach(p, one, two, best, deciding, &n);
         } else if (pair->closer == BY_FACES) {
             if (pair->kind == A_PLANE) lift_by_corners(p, one, pair->pose, &n);
             else part_by_faces(s, p, pair, best, &n, hints + 2 * k);
         }
         mask nearer = n.distance < best;
-        best = pick(nearer, n.distance, best);
+        best = pick(nearer, deciding ? every(-INFINITY) : n.distance, best);
         if (any(nearer)) {
             nearest->distance = best;
             nearest->pair = pick(nearer, every((double)k), nearest->pair);

@@ -74,7 +74,7 @@ static lanes margin_at(const Space *s, const Margin *g, const Place *p) {
         return root(sum) - g->bound;
     }
     case CLEARANCE:
-    case LINE_OF_SIGHT: return nearest_pair(s, g, p) - g->bound;
+    case LINE_OF_SIGHT: return nearest_pair(s, g, p, every(g->horizon), 0) - g->bound;
     default: return every(0.0);
     }
 }
@@ -191,8 +191,13 @@ static mask holds_margins(const Space *s, Place *p) {
             int measured = g->kind == CLEARANCE || g->kind == LINE_OF_SIGHT;
             if (g->kind == FOREIGN || measured != costly) continue;
             if (!any(held)) return held;
-            if (measured && !solid) place_solids(s, p), solid = 1;
-            held &= margin_at(s, g, p) >= 0.0;
+            if (!measured) {
+                held &= margin_at(s, g, p) >= 0.0;
+                continue;
+            }
+            if (!solid) place_solids(s, p), solid = 1;
+            lanes bound = pick(held, every(g->bound), every(-INFINITY));
+            held &= nearest_pair(s, g, p, bound, 1) >= g->bound;
         }
     return held;
 }

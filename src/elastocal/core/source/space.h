@@ -54,6 +54,9 @@ typedef struct {
     double rounded;       /* the radius about the corners */
     int64_t tips;
     const double *tip; /* (tips, 3) */
+    int64_t fields;    /* along a side of the cube of directions; 0 where there are few tips */
+    const int64_t *starts;   /* (6 fields² + 1) where those of a field begin ... */
+    const int64_t *foremost; /* ... here: the tips that are farthest along some direction of it */
     int64_t round;
     double spokes[6]; /* two radii of the disc, square to each other */
     double skin;
