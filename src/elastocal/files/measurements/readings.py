@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Container, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -29,6 +29,7 @@ class Readings:
             where a reading has none.
         weight: (R,) variance over that of one loaded minus one unloaded reading.
         remarks: What is odd.
+        unloaded: (R,) number of the unloaded reading behind each; empty if none is shared.
     """
 
     case: IntArray
@@ -37,6 +38,7 @@ class Readings:
     six: Array | None
     weight: Array
     remarks: tuple[str, ...] = ()
+    unloaded: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
 
 def markers(table: Table, tool: Tool) -> IntArray:
@@ -116,7 +118,7 @@ def _is_read(table: Table, of: Triple) -> BoolArray:
 def _read(table: Table, grouping: Grouping, target: IntArray, tool: Tool, of: Triple) -> Readings:
     """Readings of one kind, of which every row has one."""
     values, own = table.vectors(of.values), kind_of_uncertainty(table.numbers, "", of)
-    remarks = _repeated(table, values) if of is POSITION else []
+    remarks = _repeated(table, _again(values)) if of is POSITION else []
     six = variances(table, own, of) if own else None
     key = grouping.codes * len(tool.targets) + target
     first = first_rows(key, len(grouping.names) * len(tool.targets))
@@ -204,7 +206,13 @@ def differences(
         sides.append((count, total / np.maximum(count, 1)[:, None], six))
     (n_on, on, six_on), (n_off, off, six_off) = sides
     alone = np.flatnonzero((n_on == 0) | (n_off == 0))
-    remarks = _repeated(table, values)
+    remarks, behind = [], np.zeros(0, dtype=np.int64)
+    again = _again(values)
+    if len(again):
+        behind = _unloaded_of(grouping, marker, values, ~loaded)
+        shared = np.bincount(behind)[behind] > 1
+        remarks += _repeated(table, again[~(shared & ~loaded)[again]])
+        behind = _of_pairs(behind, group, ~loaded, n_off)
     if len(alone):
         lost = alone[np.argsort(first[alone])]
         for row in map(int, first[lost]):
@@ -230,21 +238,50 @@ def differences(
         None if six_on is None or six_off is None else (six_on + six_off)[good],
         weight[good],
         tuple(remarks),
+        behind[good] if len(behind) else behind,
     )
 
 
-def _repeated(table: Table, values: Array) -> list[str]:
-    """A beam that broke leaves the last point in the log again, to the last digit.
+def _unloaded_of(
+    grouping: Grouping, marker: IntArray, values: Array, unloaded: BoolArray
+) -> IntArray:
+    """(R,) number of each unloaded reading; rows that repeat one in its configuration share it.
+
+    A campaign that reads the unloaded arm once in each configuration writes it down with every
+    load. Loaded rows have numbers of their own.
+    """
+    q = np.round(grouping.cases.q, 9)[grouping.codes]
+    rows = np.flatnonzero(unloaded)
+    together = np.column_stack([q[rows], marker[rows], values[rows]])
+    number = np.arange(len(values)) + len(rows)
+    number[rows] = np.unique(together, axis=0, return_inverse=True)[1].reshape(-1)
+    return number
+
+
+def _of_pairs(number: IntArray, group: IntArray, unloaded: BoolArray, count: IntArray) -> IntArray:
+    """(P,) number of the unloaded reading of each pair; one of its own where it is an average."""
+    found = number.max(initial=0) + 1 + np.arange(len(count))
+    rows = np.flatnonzero(unloaded & (count[group] == 1))
+    found[group[rows]] = number[rows]
+    return found
+
+
+def _again(values: Array) -> IntArray:
+    """Rows that repeat one before, to the last digit.
 
     The sort is stable, so of equal rows the later ones are named.
     """
     bits = np.ascontiguousarray(values).view(np.uint64)
     digest = np.sort(bits @ np.array([1, 0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F], dtype=np.uint64))
     if not (digest[1:] == digest[:-1]).any():
-        return []  # as good as always, and much cheaper than to sort rows
+        return np.zeros(0, dtype=np.int64)  # as good as always, and cheaper than to sort rows
     order = np.lexsort(values.T)
     same = (values[order[1:]] == values[order[:-1]]).all(axis=1)
-    again = np.sort(order[1:][same & values[order[1:]].any(axis=1)])
+    return np.sort(order[1:][same & values[order[1:]].any(axis=1)])
+
+
+def _repeated(table: Table, again: IntArray) -> list[str]:
+    """A beam that broke leaves the last point in the log again."""
     if not len(again):
         return []
     return [
