@@ -87,7 +87,9 @@ def test_a_second_campaign_knows_what_is_asked_for_alone(folder: Path, tmp_path:
 
 def test_virtual_campaigns_go_without(folder: Path, tmp_path: Path) -> None:
     given = ("--truth", folder / "truth.yaml", "--campaigns", "20", "-o", tmp_path / "c.json")
-    done("simulate", folder / "study.yaml", folder / "plan.json", *given)
+    result = run("simulate", folder / "study.yaml", folder / "plan.json", *given)
+    assert result.exit_code == 0
+    assert "virtual campaigns know no nuisance" in flat(result.stderr)
     found = json.loads((tmp_path / "c.json").read_text("utf-8"))
     (one,) = found["plans"].values()
     promise = json.loads((folder / "plan.json").read_text("utf-8"))["promise"]

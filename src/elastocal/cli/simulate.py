@@ -141,6 +141,12 @@ def simulate_command(
             "of the experiments alone",
             file=sys.stderr,
         )
+    if study.nuisance is not None:
+        print(
+            "note: virtual campaigns know no nuisance, neither in what they read nor in the fit; "
+            "ρ0 here is that without",
+            file=sys.stderr,
+        )
     from elastocal.terminal.progress import progress
 
     with progress("campaigns") as tell:
