@@ -44,6 +44,8 @@ Code = Literal[
     "counts-less",
     "outlying",
     "linear-model",
+    "parallel",
+    "nearly-parallel",
     "other-convention",
     "model-lacks",
     "model-may-lack",

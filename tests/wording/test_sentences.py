@@ -133,6 +133,20 @@ def test_every_code_has_its_sentence() -> None:
             "-1}})",
         ),
         (
+            Doubt(
+                "parallel",
+                ("A2", "A4", "A6"),
+                numbers={"A2": 1.0, "A4": 0.35, "A6": -0.04, "ratio": 1.5, "seen": 1.0},
+            ),
+            "A2, A4, A6: told apart by no more than joint values that are off by 0.005° make, so "
+            "only the combination A2 + 0.35 A4 − 0.040 A6 is known; measure configurations that "
+            "are further apart",
+        ),
+        (
+            Doubt("nearly-parallel", ("A2", "A4"), numbers={"ratio": 19.0}),
+            "A2, A4: joint values that are off by 0.005° bias what tells them apart by up to 5 %",
+        ),
+        (
             Doubt("softer-than-any", ("A6",), (), {"A6": 8.15, "most": 1e-3}, "rad/(N·m)"),
             "A6: softer than any joint of an arm, 8.2×10⁶ µrad/(N·m) where 1000 would be much; "
             "look at units and loads, and whether these experiments tell the joints apart",

@@ -57,15 +57,13 @@ def identify_command(
     from elastocal.cli.inputs import (
         known_in,
         known_model,
-        model_at,
         sources_of,
     )
     from elastocal.cli.measured import readings, refuse_twice
+    from elastocal.cli.refit import fitted
     from elastocal.files.models.identification_file import write_identification
     from elastocal.files.study.study_file import read_study
     from elastocal.identification.fit import Fit
-    from elastocal.identification.identify import identify
-    from elastocal.identification.impossible import refuse_impossible_fit
     from elastocal.identification.nuisance_found import in_short
     from elastocal.identification.search import searched
 
@@ -84,15 +82,8 @@ def identify_command(
         from elastocal.terminal.measurements import show_remarks
 
         show_remarks(data)
-    identification = identify(
-        study.arm,
-        data,
-        Fit(model, sigma, loss, nonnegative, confidence, fit),
-        prior=model_at(prior, study.robot),
-        known=known_compliances,
-        nuisance=study.nuisance,
-    )
-    refuse_impossible_fit(identification, study.coupling)
+    how = Fit(model, sigma, loss, nonnegative, confidence, fit)
+    identification = fitted(study, data, how, prior, known_compliances)
     beyond = searched(identification, study.coupling) if search else None
     document = write_identification(study, identification, out, prior, beyond)
     if as_json:

@@ -16,6 +16,7 @@ from elastocal.files.models.model_file import read_model
 from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
 from elastocal.identification.impossible import refuse_impossible_fit
+from elastocal.identification.parallel import refuse_parallel
 from elastocal.identification.result import Identification
 from elastocal.measuring.measurements import Measurements
 from elastocal.study.study import Study
@@ -47,20 +48,37 @@ def refit(
             difference.
     """
     given = None if model is None else read_model(model, study.robot, believed=False)
-    found = identify(
-        study.arm,
-        data,
-        how,
-        prior=model_at(prior, study.robot),
-        known=known,
-        nuisance=study.nuisance,
-    )
-    refuse_impossible_fit(found, study.coupling)
+    found = fitted(study, data, how, prior, known)
     if given is not None and (difference := _difference(given, found)):
         raise InputError(
             f"{model}: is not the model that {data.source} gives; {difference}; name the "
             "measurements, --prior and --known it was made from"
         )
+    return found
+
+
+def fitted(
+    study: Study,
+    data: Measurements,
+    how: Fit,
+    prior: Path | None,
+    known: ComplianceModel | None,
+) -> Identification:
+    """The compliances from measurements.
+
+    Raises:
+        InputError: there is no fit, or it is nonsense; names the true reason where it shows.
+    """
+    before = model_at(prior, study.robot)
+    try:
+        found = identify(
+            study.arm, data, how, prior=before, known=known, nuisance=study.nuisance
+        )
+    except InputError:
+        if not how.linear:
+            refuse_parallel(study.arm, data)
+        raise
+    refuse_impossible_fit(found, study.coupling)
     return found
 
 

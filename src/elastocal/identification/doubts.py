@@ -11,6 +11,7 @@ from elastocal.errors import Doubt
 from elastocal.fitting.goodness import SURE, p_value_chi_square, p_value_ratio
 from elastocal.identification.growth import growth
 from elastocal.identification.leave_one_out import left_out_covariance
+from elastocal.identification.parallel import parallel
 from elastocal.identification.result import Identification
 
 SELDOM = 0.05
@@ -20,7 +21,7 @@ _SHARES = 0.4  # correlation with a nuisance parameter that takes a good part of
 _CARRIES = 3.0  # growth of a standard error that makes an experiment indispensable
 _NOISY = 1.5  # noise over the promised one; robust scales have no exact distribution
 _EXPLAINED = 0.9  # share of the deflections that springs explain where nothing is missing
-_NOTES = ("model-may-lack", "shared-with-nuisance")
+_NOTES = ("model-may-lack", "nearly-parallel", "shared-with-nuisance")
 _VAGUE = 0.3  # standard error over a compliance that is not worth much
 _SOFT = {"rad/(N·m)": 1e-3, "m/N": 1e-4}  # no joint of an arm is softer
 _FAR = 4.5  # residual over its own standard deviation that calls for a look
@@ -44,6 +45,7 @@ def doubts(found: Identification) -> tuple[Doubt, ...]:
         *_intervals(found),
         *_carried(found),
         *_correlated(found),
+        *parallel(found),
         *_by_chance(found),
         *_outlying(found),
         *_nonlinear(found),

@@ -141,6 +141,41 @@ def _counts_less(doubt: Doubt) -> str:
     )
 
 
+def _combination(doubt: Doubt) -> str:
+    """'A2 + 0.35 A4 − 0.04 A6', the largest first."""
+    n = doubt.numbers
+    names = sorted(doubt.about, key=lambda name: -abs(n[name]))
+    first, *rest = names
+    terms = [f"{'+' if n[k] >= 0.0 else '−'} {number(abs(n[k]), 2)} {k}" for k in rest]
+    return " ".join([first, *terms])
+
+
+def _parallel(doubt: Doubt) -> str:
+    n, several = doubt.numbers, len(doubt.about) > 1
+    if not several:
+        return (
+            f"{listed(doubt.about)}: moves the readings by no more than joint values that are off "
+            "by 0.005° do, so nothing is known of it; measure other configurations or loads"
+        )
+    seen = int(n["seen"])
+    known = (
+        f"the combination {_combination(doubt)} is known"
+        if seen == 1
+        else f"{seen} combinations of them are known"
+    )
+    return (
+        f"{listed(doubt.about)}: told apart by no more than joint values that are off by 0.005° "
+        f"make, so only {known}; measure configurations that are further apart"
+    )
+
+
+def _nearly_parallel(doubt: Doubt) -> str:
+    return (
+        f"{listed(doubt.about)}: joint values that are off by 0.005° bias what tells them apart by "
+        f"up to {100.0 / (1.0 + doubt.numbers['ratio']):.0f} %"
+    )
+
+
 SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     "all-held-at-zero": lambda _: (
         "all compliances are held at zero by the bound: loaded and unloaded are probably swapped, "
@@ -189,6 +224,8 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         f"{doubt.about[0]} and {doubt.about[1]}: correlated by "
         f"{doubt.numbers['correlation']:.3f}; their combination is known better than either"
     ),
+    "parallel": _parallel,
+    "nearly-parallel": _nearly_parallel,
     "counts-less": _counts_less,
     "outlying": lambda doubt: (
         f"{listed(doubt.about)}: more than {short(doubt.numbers['deviations'])} σ from "
