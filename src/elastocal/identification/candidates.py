@@ -14,8 +14,8 @@ import numpy as np
 
 from elastocal.arrays import Array, BoolArray
 from elastocal.errors import Code, Doubt
-from elastocal.fitting.chances import ratio_above
-from elastocal.fitting.goodness import SURE, p_value_chi_square
+from elastocal.fitting.chances import chi_square_above, ratio_above
+from elastocal.fitting.goodness import SURE
 from elastocal.fitting.influence import influence
 from elastocal.identification.candidate_columns import SPRINGS, Candidate, candidates
 from elastocal.identification.growth import growth
@@ -28,6 +28,7 @@ _GAIN, _MORE = 0.05, 0.10  # shares of the left-out error that a missing thing t
 _SEEN = 1e-3  # information of a column beside the fit, as a share of its own
 _FAR = 4.5  # residual over the noise that is no normal one
 _FEW = 10.0  # degrees of freedom from which residuals tell their noise themselves
+_NEAREST = 5  # candidates whose predictions are worked out, whatever chance says of them
 _ROUNDS = 3  # things that may be missing together
 _LEFT = 0.5  # share of the configurations that must be predictable from the others
 
@@ -40,7 +41,7 @@ class Tested:
         candidate: What it is.
         p_value: Probability that chance makes the best of all candidates as good.
         before: Error of the configurations left out in turn, root mean square [m]; without it.
-        left_out: The same with it; NaN if they cannot be left out.
+        left_out: The same with it; NaN if they cannot be left out, or chance does as much.
         gain: Share of the left-out error over the noise that it takes away.
         share: Share of the residual variance that it takes away.
         size: (d,) its estimates [rad/(N·m), m/N, m or rad].
@@ -161,35 +162,29 @@ def each_added(
             left, if it explains what is left; else the scatter of the residuals does: a noise that
             is a little larger than promised would make things missing.
     """
-    before = _left_out(fit)
     made = [(c, found) for c, values in columns if (found := _entered(fit, values)) is not None]
-    count = max(len(made), 1)
     square = float(np.sum(fit.residual**2))
     free = fit.residual.size - float(np.sum(fit.covariance * _own(fit)))
+    chances = [_chance(square, free, found[1], known=known) for _, found in made]
+    order = np.argsort(chances, kind="stable")
+    before = _left_out(fit) if len(made) else np.zeros((0, 3))
     error = np.sqrt(np.diagonal(fit.covariance))[: len(compliance)]
     results = []
-    for candidate, (basis, pull, size, moved) in made:
-        taken, d = float(pull @ pull), len(pull)
-        left, dof = max(square - taken, 1e-300), free - d
-        if not dof > 0.0:
-            continue
-        if known and dof < _FEW and p_value_chi_square(left, dof) >= SURE:  # type: ignore[arg-type]
-            p = p_value_chi_square(taken, d)
-        else:
-            p = ratio_above((taken / d) / (left / dof), d, dof)
-        after = _left_out(_with(fit, basis, pull))
-        both = np.asarray(np.isfinite(before + after).all(axis=1))
-        gone = both.mean() < _LEFT
-        one, other = (np.nan if gone else _rms(errors[both]) for errors in (before, after))
+    for place, i in enumerate(order.tolist()):
+        candidate, (basis, pull, size, moved) = made[i]
+        p = min(1.0, len(made) * chances[i])
+        one, other, gain = np.nan, np.nan, -np.inf
+        if place < _NEAREST or p < SELDOM:  # the others are no better than chance
+            one, other, gain = _predicted(fit, before, _with(fit, basis, pull))
         change = moved[: len(compliance)]
         results.append(
             Tested(
                 candidate=candidate,
-                p_value=min(1.0, count * p),
-                before=np.nan if gone else _length(fit, before, both),
-                left_out=np.nan if gone else _length(fit, after, both),
-                gain=-np.inf if gone or not one > 0.0 else 1.0 - other / one,
-                share=taken / max(square, 1e-300),
+                p_value=p,
+                before=one,
+                left_out=other,
+                gain=gain,
+                share=float(pull @ pull) / max(square, 1e-300),
                 size=size,
                 change=change / np.where(compliance == 0.0, np.inf, compliance),
                 most=int(np.argmax(np.abs(change / error))),
@@ -197,6 +192,31 @@ def each_added(
             )
         )
     return results
+
+
+def _chance(square: float, free: float, pull: Array, *, known: bool) -> float:
+    """Probability that chance takes as much of the residuals, of a sum of squares and freedom."""
+    taken, d = float(pull @ pull), len(pull)
+    left, dof = max(square - taken, 1e-300), free - d
+    if not dof > 0.0:
+        return 1.0
+    if known and dof < _FEW and chi_square_above(left, dof) >= SURE:
+        return chi_square_above(taken, d)
+    return ratio_above((taken / d) / (left / dof), d, dof)
+
+
+def _predicted(fit: Linearised, before: Array, more: Linearised) -> tuple[float, float, float]:
+    """Errors [m] of configurations left out of a fit, and of one with more; the share saved.
+
+    Those that one of both cannot do without do not count; nothing can be said if most are.
+    """
+    after = _left_out(more)
+    both = np.asarray(np.isfinite(before + after).all(axis=1))
+    if both.mean() < _LEFT:
+        return np.nan, np.nan, -np.inf
+    one, other = _rms(before[both]), _rms(after[both])
+    gain = 1.0 - other / one if one > 0.0 else -np.inf
+    return _length(fit, before, both), _length(fit, after, both), gain
 
 
 def _own(fit: Linearised) -> Array:

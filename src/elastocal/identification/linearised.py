@@ -6,6 +6,7 @@ In: an identification. Out: what is asked about changes of its model without ano
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -44,7 +45,7 @@ class Linearised:
     noise: Array
     position: BoolArray
 
-    @property
+    @cached_property
     def covariance(self) -> Array:
         """(f, f) inverse of the information."""
         return np.asarray(scaled_inverse(self.information[None])[0])
