@@ -71,9 +71,7 @@ def fitted(
     """
     before = model_at(prior, study.robot)
     try:
-        found = identify(
-            study.arm, data, how, prior=before, known=known, nuisance=study.nuisance
-        )
+        found = identify(study.arm, data, how, prior=before, known=known, nuisance=study.nuisance)
     except InputError:
         if not how.linear:
             refuse_parallel(study.arm, data)

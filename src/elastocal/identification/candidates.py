@@ -115,7 +115,7 @@ def what_is_missing(found: Identification) -> Lacks:
     names = fit.names
     if not names:
         return Lacks((), (), ())
-    white = [(c, fit.whitener @ values) for c, values in columns]
+    white = [(c, fit.white(values)) for c, values in columns]
     known = not (found.how.estimates_sigma or found.how.robust)
     trend = growth(found)
     least = _MORE if trend is not None and trend.p_value < SELDOM else _GAIN
@@ -288,4 +288,6 @@ def _length(fit: Linearised, errors: Array, which: BoolArray) -> float:
     own = which & fit.position
     if not own.any():
         return float("nan")
+    if fit.shared is not None:  # turned coordinates are those of several readings
+        return _rms(errors[own]) * float(np.sqrt(np.mean(fit.noise[own] ** 2) * 3.0))
     return _rms(np.einsum("rij,rj->ri", fit.noise[own], errors[own]))

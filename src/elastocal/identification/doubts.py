@@ -45,7 +45,7 @@ def doubts(found: Identification) -> tuple[Doubt, ...]:
         *_intervals(found),
         *_carried(found),
         *_correlated(found),
-        *parallel(found),
+        *parallel(alone),
         *_by_chance(found),
         *_outlying(found),
         *_nonlinear(found),

@@ -16,6 +16,7 @@ from elastocal.elastic.deflections import deflection_and_gradient
 from elastocal.elastic.load_cases import ranks_of_rows
 from elastocal.elastic.regressor import regressor
 from elastocal.identification.result import Identification
+from elastocal.identification.shared_errors import SharedErrors, shared_errors
 from elastocal.matrices import scaled_inverse
 from elastocal.measuring.measurements import Measurements
 from elastocal.measuring.whitening import noise_factors
@@ -31,6 +32,7 @@ class Linearised:
         residual: (R, 3) what the model leaves.
         information: (f, f) of the whole fit, a prior included.
         whitener: (R, 3, 3) what divides readings by their noise and counts outlying ones less.
+        shared: What readings share, as an unloaded reading; their coordinates are turned then.
         group: (R,) number of the configuration of each reading, whatever its load.
         noise: (R, 3, 3) what turns residuals over the noise back to lengths and angles [m, rad].
         position: (R,) which readings are positions.
@@ -41,9 +43,14 @@ class Linearised:
     residual: Array
     information: Array
     whitener: Array
+    shared: SharedErrors | None
     group: IntArray
     noise: Array
     position: BoolArray
+
+    def white(self, columns: Array) -> Array:
+        """(R, 3, k) columns of the readings over the noise, turned as rows and residual are."""
+        return _white(columns, self.whitener, self.shared)
 
     @cached_property
     def covariance(self) -> Array:
@@ -60,16 +67,25 @@ def linearised(found: Identification) -> Linearised:
     own = [found.fitted.index(name) for name in names]
     moving = [found.model.names.index(name) for name in names]
     q = np.round(data.cases.q, 9)
+    shared = shared_errors(data, quiet, None, None)
     return Linearised(
         names=names,
-        rows=whitener @ _rows(found, data)[:, :, moving],
-        residual=np.einsum("rij,rj->ri", whitener, found.residual),
+        rows=_white(_rows(found, data)[:, :, moving], whitener, shared),
+        residual=_white(found.residual[:, :, None], whitener, shared)[:, :, 0],
         information=found.information[np.ix_(own, own)],
         whitener=whitener,
+        shared=shared,
         group=ranks_of_rows(q)[data.case],
         noise=noise * np.sqrt(found.variance),
         position=~data.rotations,
     )
+
+
+def _white(columns: Array, whitener: Array, shared: SharedErrors | None) -> Array:
+    over = whitener @ columns
+    if shared is None:
+        return over
+    return shared.turned(over.reshape(3 * len(over), -1)).reshape(over.shape)
 
 
 def _rows(found: Identification, data: Measurements) -> Array:

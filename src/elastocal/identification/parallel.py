@@ -8,7 +8,7 @@ readings off by so much would make of it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -37,6 +37,7 @@ _STEP = 1e-5  # of a difference [rad, m]
 
 def parallel(found: Identification) -> tuple[Doubt, ...]:
     """Fitted compliances that are known together alone, or hardly apart."""
+    found = found.alone or found
     scale = 1.0 / np.sqrt(np.diagonal(found.information))
     if np.linalg.eigvalsh(found.information * np.outer(scale, scale))[0] > _APART:
         return ()
@@ -45,7 +46,7 @@ def parallel(found: Identification) -> tuple[Doubt, ...]:
     arm = replace(found.arm, springs=found.model.springs, tool=found.measurements.tool)
     flat = fit.rows.reshape(-1, len(fit.names))
     prior = fit.information - flat.T @ flat
-    return tuple(_doubts(arm, found.measurements, own, fit.names, fit.rows, prior, fit.whitener))
+    return tuple(_doubts(arm, found.measurements, own, fit.names, fit.rows, prior, fit.white))
 
 
 def refuse_parallel(arm: ElasticArm, data: Measurements) -> None:
@@ -56,10 +57,15 @@ def refuse_parallel(arm: ElasticArm, data: Measurements) -> None:
     """
     bent = replace(arm, tool=data.tool)
     whitener = noise_factors(data.covariance)[1]
-    rows, count = whitener @ linear_rows(bent, data), len(arm.springs)
+    count = len(arm.springs)
+
+    def white(columns: Array) -> Array:
+        return np.asarray(whitener @ columns)
+
+    rows = white(linear_rows(bent, data))
     nothing = np.zeros((count, count))
     names = arm.springs.names
-    for doubt in _doubts(bent, data, range(count), names, rows, nothing, whitener):
+    for doubt in _doubts(bent, data, range(count), names, rows, nothing, white):
         if doubt.code == "parallel":
             raise InputError(
                 f"{data.source or 'the measurements'}: the fit does not come to rest, for "
@@ -74,7 +80,7 @@ def _doubts(
     names: Sequence[str],
     rows: Array,
     prior: Array,
-    whitener: Array,
+    white: Callable[[Array], Array],
 ) -> Iterator[Doubt]:
     """What is known together alone of the springs `own` of an arm, with rows (R, 3, f).
 
@@ -88,7 +94,7 @@ def _doubts(
     scaled = flat / size
     outer = np.outer(size, size)
     information = scaled.T @ scaled + prior / outer
-    spread = _by_readings(arm, data, own, whitener) / outer
+    spread = _by_readings(arm, data, own, white) / outer
     root = np.linalg.cholesky(spread + 1e-12 * np.trace(spread) * np.eye(len(names)))
     half = np.linalg.solve(root, np.linalg.solve(root, information).T)
     values, vectors = np.linalg.eigh(0.5 * (half + half.T))
@@ -108,7 +114,9 @@ def _doubts(
         yield Doubt(code, tuple(names[j] for j in members), (), numbers)
 
 
-def _by_readings(arm: ElasticArm, data: Measurements, own: Sequence[int], whitener: Array) -> Array:
+def _by_readings(
+    arm: ElasticArm, data: Measurements, own: Sequence[int], white: Callable[[Array], Array]
+) -> Array:
     """(f, f) mean of dXᵀdX where every joint is read by `READ` off, rows over the noise."""
     q, wrench = data.cases.q, data.cases.wrench
     total = np.zeros((len(own), len(own)))
@@ -117,6 +125,6 @@ def _by_readings(arm: ElasticArm, data: Measurements, own: Sequence[int], whiten
             linear_rows(arm, replace(data, cases=LoadCases(at, wrench)))
             for at in (q + step, q - step)
         )
-        slope = (whitener @ (ahead - back)[:, :, own]).reshape(-1, len(own)) / (2.0 * _STEP)
+        slope = white((ahead - back)[:, :, own]).reshape(-1, len(own)) / (2.0 * _STEP)
         total += slope.T @ slope
     return np.asarray(READ**2 * total)
