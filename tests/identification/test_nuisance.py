@@ -235,3 +235,31 @@ def test_robust_losses_do_not_know_nuisance() -> None:
     arm, data = campaign(WHOLE)
     with pytest.raises(InputError, match="huber does not go with nuisance"):
         identify(arm, data, Fit(loss="huber"), nuisance=nuisance())
+
+
+def test_a_gain_cancels_where_one_cell_reads_all_forces() -> None:
+    """Of (1 + g) k̂ for the same cell, k̂ for an exact force, one more gain for another cell."""
+    arm, data = campaign(np.append(TRUTH, np.zeros(4)))
+    bare = nuisance()
+    without = identify(arm, data, LINEAR, nuisance=bare).model.covariance
+    found = {}
+    for cell in ("same", "exact", "other"):
+        errors = CaseErrors(common_gain=0.05, process_force=cell)
+        found[cell] = identify(arm, data, LINEAR, nuisance=replace(bare, errors=errors)).model
+    own = [found["same"].names.index(name) for name in arm.springs.names]
+    at_task = {cell: np.diagonal(model.at_task)[own] for cell, model in found.items()}
+    k = found["same"].compliance[own]
+    np.testing.assert_allclose(at_task["same"], np.diagonal(without)[own], rtol=0.2)
+    np.testing.assert_array_equal(found["exact"].at_task, found["exact"].covariance)
+    np.testing.assert_allclose(at_task["other"] - at_task["exact"], (0.05 * k) ** 2, rtol=1e-6)
+    assert (at_task["exact"] - at_task["same"] > 0.5 * (0.05 * k) ** 2).all()
+
+
+def test_a_model_that_left_out_readings_refute_carries_its_error() -> None:
+    """Springs besides that nobody fits: seen where experiments are left out, and promised since."""
+    arm, data = campaign(np.append(TRUTH, [9e-4, 9e-4, 3e-4, 0.0]))
+    wrong, right = identify(arm, data, LINEAR), identify(arm, data, LINEAR, nuisance=nuisance())
+    seen = np.sqrt(np.mean(np.sum(wrong.left_out**2, axis=1)))
+    assert wrong.model.model_error == pytest.approx(seen)
+    assert identify(*campaign(np.append(TRUTH, np.zeros(4))), LINEAR).model.model_error == 0.0
+    assert right.model.model_error < 0.3 * seen

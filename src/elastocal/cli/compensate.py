@@ -59,7 +59,7 @@ def compensate_command(
     as_json: Json = False,
 ) -> None:
     """Correct a path for the deflection under its load; say what error remains."""
-    from elastocal.cli.inputs import load, models_at, sources_of, start_of, tool_called
+    from elastocal.cli.inputs import errors_of, load, models_at, sources_of, start_of, tool_called
     from elastocal.cli.programs import converted
     from elastocal.compensation.compensate import RULES, residual
     from elastocal.files.models.model_file import read_model
@@ -84,7 +84,7 @@ def compensate_command(
     wrench = load(force_n, torque_nm)
     task = read_path(path, study.robot, used, start_of(study, used, start), wrench)
     arm = replace(study.arm, springs=compliances.springs, tool=used)
-    done = RULES[rule](arm, compliances, task.cases)
+    done = RULES[rule](arm, compliances, task.cases, errors_of(study))
     remaining = None
     if truth is not None:
         true = read_model(truth, study.robot)

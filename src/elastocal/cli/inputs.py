@@ -19,6 +19,7 @@ from elastocal.cli.number_options import flaw
 from elastocal.errors import InputError
 
 if TYPE_CHECKING:
+    from elastocal.elastic.case_errors import CaseErrors
     from elastocal.elastic.compliance_model import ComplianceModel
     from elastocal.elastic.load_cases import LoadCases
     from elastocal.files.plans.proposal_file import Proposal
@@ -193,6 +194,11 @@ def fit_of(model: Path | None, confidence: float = 0.95) -> Fit:
         confidence,
         how.get("fitted", "mixed"),
     )
+
+
+def errors_of(study: Study) -> CaseErrors | None:
+    """What errs from load case to load case, if the study says anything of it."""
+    return None if study.nuisance is None else study.nuisance.errors
 
 
 def identified_cases(model: Path | None, robot: Robot) -> LoadCases | None:

@@ -11,6 +11,7 @@ from pathlib import Path
 from elastocal.arrays import IntArray
 from elastocal.cli.inputs import (
     Files,
+    errors_of,
     fit_of,
     identified_cases,
     known_model,
@@ -71,7 +72,7 @@ def stages(study: Study, files: Files, tool: str | None, confidence: float) -> C
     used = tool_called(study, tool)
     task = read_path(files.path, study.robot, used, start_of(study, used))
     arm = replace(study.arm, springs=model.springs, tool=used)
-    return with_compensation(contents, compensate(arm, model, task.cases), truth)
+    return with_compensation(contents, compensate(arm, model, task.cases, errors_of(study)), truth)
 
 
 def _at_test_poses(

@@ -13,7 +13,7 @@ from rich.text import Text
 
 from elastocal.arrays import IntArray
 from elastocal.cli.common import demo_file, replaceable, writable
-from elastocal.cli.inputs import known_model, start_of, tool_called
+from elastocal.cli.inputs import errors_of, known_model, start_of, tool_called
 from elastocal.cli.planning import planned
 from elastocal.cli.stages import (
     virtual_campaigns,
@@ -211,7 +211,7 @@ def _compensate(
     tool = tool_called(study, None)
     task = read_path(folder / "path.csv", study.robot, tool, start_of(study, tool))
     arm = replace(study.arm, springs=model.springs, tool=tool)
-    done = compensate(arm, model, task.cases)
+    done = compensate(arm, model, task.cases, errors_of(study))
     contents = with_compensation(contents, done, truth)
     write_corrected(done, task, folder / "corrected.csv")
     show_compensation(done, task, contents.judged)

@@ -29,6 +29,7 @@ from elastocal.compensation.loaded_inverse_kinematics import (
     tcp_poses,
 )
 from elastocal.elastic.arm import ElasticArm
+from elastocal.elastic.case_errors import CaseErrors, shared_covariance
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.equilibrium import efforts, equilibrium
 from elastocal.elastic.load_cases import LoadCases
@@ -57,6 +58,8 @@ class Compensation:
         before: (N, 3) deflection of the TCP without compensation, by the model [m].
         after: (N, 3) what remains with it, by the nonlinear equilibrium of the model [m].
         covariance: (N, 3, 3) of the remaining error, caused by the covariance of the model [m²].
+        floor: (N,) root mean square error that no calibration takes away: friction, what no model
+            explains, where the robot comes back to [m]; zero where nothing is said of them.
         converged: (N,) whether a stable equilibrium was found at the corrected configuration and
             the search for it came to rest, at the target or, where damped, as near as it gets.
         iterations: (N,) steps of the search.
@@ -75,6 +78,7 @@ class Compensation:
     before: Array
     after: Array
     covariance: Array
+    floor: Array
     converged: BoolArray
     iterations: IntArray
     damped: BoolArray
@@ -94,8 +98,12 @@ class Compensation:
 
     @property
     def expected(self) -> Array:
-        """(N,) root mean square error expected: uncertain model, imperfect rule [m]."""
-        return np.asarray(np.sqrt(self.rho0**2 + np.sum(self.after**2, axis=1)))
+        """(N,) root mean square error expected [m].
+
+        Of the uncertain and imperfect model, the imperfect rule, and the floor below them.
+        """
+        square = self.rho0**2 + np.sum(self.after**2, axis=1)
+        return np.asarray(np.sqrt(square + self.model.model_error**2 + self.floor**2))
 
     @property
     def beyond_limits(self) -> BoolArray:
@@ -104,7 +112,9 @@ class Compensation:
         return np.asarray((self.q < robot.lower) | (self.q > robot.upper))
 
 
-def compensate(arm: ElasticArm, model: ComplianceModel, cases: LoadCases) -> Compensation:
+def compensate(
+    arm: ElasticArm, model: ComplianceModel, cases: LoadCases, errors: CaseErrors | None = None
+) -> Compensation:
     """Corrected configurations by the nonlinear equilibrium: exact for any size of deflection.
 
     Robots with six joints or more restore position and orientation of the tool, robots with fewer
@@ -115,6 +125,7 @@ def compensate(arm: ElasticArm, model: ComplianceModel, cases: LoadCases) -> Com
             its load point, its TCP is judged.
         model: p compliances with their covariance.
         cases: N load cases of the task.
+        errors: What errs from load case to load case besides; none if not given.
 
     Raises:
         InputError: arm and model have different springs, or none of them bends.
@@ -135,10 +146,12 @@ def compensate(arm: ElasticArm, model: ComplianceModel, cases: LoadCases) -> Com
     effort = efforts(arm, found.bent, cases.wrench, displacement)
     q = found.bent.copy()
     q[:, arm.springs.joint[own]] -= (model.compliance * effort)[:, own]
-    return _judged(arm, model, cases, "nonlinear", q, target, found)
+    return _judged(arm, model, cases, "nonlinear", q, target, found, errors)
 
 
-def compensate_linearly(arm: ElasticArm, model: ComplianceModel, cases: LoadCases) -> Compensation:
+def compensate_linearly(
+    arm: ElasticArm, model: ComplianceModel, cases: LoadCases, errors: CaseErrors | None = None
+) -> Compensation:
     """Corrected configurations by the linear rule q = q0 - J0⁻¹ K_C⁻¹ W.
 
     Arguments, robots with few or many joints, and what is raised: as for `compensate`. What
@@ -161,7 +174,7 @@ def compensate_linearly(arm: ElasticArm, model: ComplianceModel, cases: LoadCase
         steps.damped,
         steps.lost,
     )
-    return _judged(arm, model, cases, "linear", cases.q + steps.step, target, found)
+    return _judged(arm, model, cases, "linear", cases.q + steps.step, target, found, errors)
 
 
 def _refuse_rigid(model: ComplianceModel) -> None:
@@ -213,6 +226,7 @@ def _judged(
     q: Array,
     target: Array,
     found: Bent,
+    errors: CaseErrors | None,
 ) -> Compensation:
     """The corrected configurations with everything that is said of them."""
     finite = np.where(np.isfinite(q), q, cases.q)
@@ -242,13 +256,25 @@ def _judged(
         command=frozen(command),
         before=frozen(loaded[:, :3, 3] - target[:, :3, 3]),
         after=frozen(after),
-        covariance=frozen(rows @ model.covariance @ rows.transpose(0, 2, 1)),
+        covariance=frozen(rows @ model.at_task @ rows.transpose(0, 2, 1)),
+        floor=frozen(_floor(arm, model, cases, errors)),
         converged=frozen(converged, np.bool_),
         iterations=frozen(found.iterations, np.int64),
         damped=frozen(found.damped, np.bool_),
         doubts=doubts(arm.robot, q, after, good, found.at_rest, found.damped, found.lost),
         notes=notes(arm, model.compliance, cases, task_rows(arm)),
     )
+
+
+def _floor(
+    arm: ElasticArm, model: ComplianceModel, cases: LoadCases, errors: CaseErrors | None
+) -> Array:
+    """(N,) what friction, discrepancy and repeatability leave of any correction [m]."""
+    if errors is None:
+        return np.zeros(len(cases))
+    bent = replace(arm, tool=replace(arm.tool.at_tcp, rotation=False))
+    shared = shared_covariance(errors, bent, model.compliance, cases)
+    return np.sqrt(np.trace(shared, axis1=1, axis2=2) + 3.0 * errors.repeatability**2)
 
 
 def _idle(arm: ElasticArm, model: ComplianceModel, q: Array) -> Array:

@@ -168,4 +168,4 @@ def error_left(arm: ElasticArm, model: ComplianceModel, cases: LoadCases) -> Arr
     Source: paper eqs. (17), (20).
     """
     rows = regressor(replace(arm, springs=model.springs, tool=arm.tool.at_tcp), cases)
-    return np.sqrt(np.einsum("nip,pq,niq->n", rows, model.covariance, rows))
+    return np.sqrt(np.einsum("nip,pq,niq->n", rows, model.at_task, rows))

@@ -30,6 +30,11 @@ class ComplianceModel:
         by_noise: (p, p) the part of the covariance that grows with the noise found; all of it if
             not given and `dof` is finite. The rest is a prior's.
         noise: Noise found in the readings over that promised, 1 if it was known.
+        at_task: (p, p) covariance of what a task feels, whose force is measured as the campaign
+            says; the covariance if not given. What all loads of a campaign share cancels where one
+            cell measures them and the process force.
+        model_error: How far off predictions of left-out experiments were, if the noise does not
+            explain it: root mean square of positions [m].
     """
 
     springs: VirtualJoints
@@ -39,13 +44,16 @@ class ComplianceModel:
     source: str = ""
     by_noise: Array = field(default_factory=unset)
     noise: float = 1.0
+    at_task: Array = field(default_factory=unset)
+    model_error: float = 0.0
 
     def __post_init__(self) -> None:
         p = len(self.springs)
         covariance = self.covariance if np.size(self.covariance) else np.zeros((p, p))
         by_noise = covariance if np.isfinite(self.dof) else np.zeros((p, p))
         by_noise = self.by_noise if np.size(self.by_noise) else by_noise
-        freeze(self, "compliance", covariance=covariance, by_noise=by_noise)
+        at_task = self.at_task if np.size(self.at_task) else covariance
+        freeze(self, "compliance", covariance=covariance, by_noise=by_noise, at_task=at_task)
         compliance, covariance = self.compliance, self.covariance
         if compliance.shape != (p,) or covariance.shape != (p, p):
             raise InputError(
@@ -152,10 +160,10 @@ def merged_models(models: Sequence[ComplianceModel]) -> ComplianceModel:
     for other in models[1:]:
         springs = merged(result.springs, other.springs)
         order = [(*result.names, *other.names).index(name) for name in springs.names]
-        p, both = len(result.springs), len(springs)
-        covariance, by_noise = np.zeros((both, both)), np.zeros((both, both))
-        covariance[:p, :p], covariance[p:, p:] = result.covariance, other.covariance
-        by_noise[:p, :p], by_noise[p:, p:] = result.by_noise, other.by_noise
+        covariance, by_noise, at_task = (
+            _side_by_side(getattr(result, name), getattr(other, name))
+            for name in ("covariance", "by_noise", "at_task")
+        )
         result = ComplianceModel(
             springs=springs,
             compliance=np.append(result.compliance, other.compliance)[order],
@@ -164,5 +172,15 @@ def merged_models(models: Sequence[ComplianceModel]) -> ComplianceModel:
             source=", ".join(s for s in (result.source, other.source) if s),
             by_noise=by_noise[np.ix_(order, order)],
             noise=max(result.noise, other.noise),
+            at_task=at_task[np.ix_(order, order)],
+            model_error=float(np.hypot(result.model_error, other.model_error)),
         )
     return result
+
+
+def _side_by_side(one: Array, other: Array) -> Array:
+    """Both matrices on the diagonal of one, in that order."""
+    p = len(one)
+    both = np.zeros((p + len(other), p + len(other)))
+    both[:p, :p], both[p:, p:] = one, other
+    return both

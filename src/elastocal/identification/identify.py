@@ -19,6 +19,7 @@ from elastocal.errors import IdentifiabilityError, InputError
 from elastocal.fitting.goodness import LackOfFit, lack_of_fit
 from elastocal.fitting.least_squares import inverse_root
 from elastocal.fitting.mixed import estimate
+from elastocal.identification.at_task import covariance_at_task, model_error
 from elastocal.identification.fit import Fit
 from elastocal.identification.gauss_newton import solve_equilibrium, solve_linear
 from elastocal.identification.influences import left_out_of
@@ -70,7 +71,7 @@ def identify(
     how = how or Fit()
     plain = _identified(posed(arm, measurements, how, prior, known), arm, measurements, how)
     if nuisance is None or how.fitted == "joints":
-        return plain
+        return replace(plain, model=replace(plain.model, model_error=model_error(plain)))
     if how.robust:
         raise InputError(
             f"the loss {how.loss} does not go with nuisance parameters; use squares, or leave the "
@@ -81,7 +82,9 @@ def identify(
         whole = posed(arm, measurements, how, prior, known, nuisance, near)
         found = _identified(whole, arm, measurements, how)
         near = found.model
-    return replace(found, alone=plain, nuisance=nuisance)
+    found = replace(found, alone=plain, nuisance=nuisance)
+    model = replace(found.model, at_task=covariance_at_task(found), model_error=model_error(found))
+    return replace(found, model=model)
 
 
 _SIZES = 2  # fits after which errors that are shares of deflections are settled

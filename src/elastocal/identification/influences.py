@@ -77,7 +77,7 @@ def left_out_of(
     free = free_rows(problem, found)
     left_out = found.residual - np.einsum("rip,rp->ri", free, np.nan_to_num(shift)[data.case])
     expected = unset()
-    if len(problem.arm.springs) != problem.unknowns or problem.shared is not None:
+    if problem.make.size or problem.columns.size or problem.shared is not None:
         expected = _expected(data, problem, free, own, information, variance)
     if len(wanted) < problem.unknowns:
         own = influence_on(wanted, own, information)

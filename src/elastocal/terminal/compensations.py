@@ -10,7 +10,7 @@ from rich.text import Text
 from elastocal.arrays import Array
 from elastocal.compensation.compensate import Compensation
 from elastocal.files.paths.path_file import ToolPath
-from elastocal.terminal.console import out, whole
+from elastocal.terminal.console import micrometres, out, whole
 from elastocal.wording import ended, together, worded
 
 _MOST_REMARKS = 10
@@ -22,7 +22,7 @@ def show_compensation(done: Compensation, task: ToolPath, residual: Array | None
     out.print(
         Text(
             f"{good} of {count} points corrected, {done.rule} rule, tool {done.arm.tool.name!r}, "
-            f"compliances of {', '.join(done.model.names)}"
+            f"compliances of {_springs(done)}"
         )
     )
     table = Table(box=box.SIMPLE_HEAD, title="Position error of the TCP", title_justify="left")
@@ -34,6 +34,8 @@ def show_compensation(done: Compensation, task: ToolPath, residual: Array | None
         ("after, by the model", np.linalg.norm(done.after, axis=1)),
         ("expected after (ρ0)", done.rho0),
     ]
+    if done.floor.any() or done.model.model_error > 0.0:
+        rows.append(("expected with what follows", done.expected))
     if residual is not None:
         rows.append(("after, in truth", np.linalg.norm(residual, axis=1)))
     for title, sizes in rows:
@@ -45,6 +47,7 @@ def show_compensation(done: Compensation, task: ToolPath, residual: Array | None
     whole(table)
     if not done.model.covariance.any():
         out.print("The model has no covariance: it is taken as exact, ρ0 is zero.")
+    out.print(Text(_besides(done)))
     for note in (*task.remarks, *map(worded, done.notes)):
         out.print(Text(f"Note: {ended(note)}", style="yellow"))
     odd = [i for i, doubts in enumerate(done.doubts) if doubts]
@@ -53,6 +56,34 @@ def show_compensation(done: Compensation, task: ToolPath, residual: Array | None
         out.print(Text(text, style="yellow"))
     if len(odd) > _MOST_REMARKS:
         out.print(f"… and {len(odd) - _MOST_REMARKS} more points with remarks.")
+
+
+_MANY = 12  # names of springs that are listed
+
+
+def _springs(done: Compensation) -> str:
+    """Names of the springs that are compensated."""
+    names = done.model.names
+    own = [n for n, j in zip(names, done.model.springs.joint.tolist(), strict=True) if j >= 0]
+    if len(names) <= _MANY:
+        return ", ".join(names)
+    return f"{', '.join(own)} and {len(names) - len(own)} springs besides"
+
+
+def _besides(done: Compensation) -> str:
+    """What stands beside ρ0: what the model was seen to lack, and the floor."""
+    told = []
+    if done.model.model_error > 0.0:
+        told.append(
+            f"{micrometres(done.model.model_error)} by which left-out experiments were off, more "
+            "than their noise explains"
+        )
+    if done.floor.any():
+        size = float(np.sqrt(np.mean(done.floor**2)))
+        told.append(f"{micrometres(size)} that no calibration takes away, friction and discrepancy")
+    if not told:
+        return "ρ0 is without nuisance: friction, links, bearings and foot are not in it."
+    return f"Beside ρ0 stand {' and '.join(told)}."
 
 
 def _mm(length: float) -> str:

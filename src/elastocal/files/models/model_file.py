@@ -97,6 +97,8 @@ class ModelFile(Section):
     springs: dict[Name, SpringFile] = fresh(dict)
     covariance: CovarianceFile | None = None
     covariance_by_noise: CovarianceFile | None = None
+    covariance_at_task: CovarianceFile | None = None
+    model_error_mm: Annotated[Finite, After(_not_negative)] = 0.0
     dof: Annotated[Finite | None, After(_above_zero)] = None
     noise_scale: Annotated[Finite | None, After(_above_zero)] = None
     identification: IdentificationFile | None = None
@@ -222,6 +224,10 @@ def model_of(file: ModelFile, robot: Robot, name: str) -> ComplianceModel:
             by_noise = _covariance(file.covariance_by_noise, springs.names, {})
             if (np.diagonal(by_noise) > (1.0 + AGREE) * np.diagonal(covariance)).any():
                 raise InputError("it is a part of the covariance, and larger than that")
+    at_task = unset()
+    if file.covariance_at_task is not None:
+        with at("covariance_at_task"):
+            at_task = _covariance(file.covariance_at_task, springs.names, {})
     return ComplianceModel(
         springs=springs,
         compliance=np.array([values[spring][0] for spring in springs.names]),
@@ -230,6 +236,8 @@ def model_of(file: ModelFile, robot: Robot, name: str) -> ComplianceModel:
         source=str(file.source or name),
         by_noise=by_noise,
         noise=1.0 if file.noise_scale is None else file.noise_scale,
+        at_task=at_task,
+        model_error=1e-3 * file.model_error_mm,
     )
 
 

@@ -71,6 +71,10 @@ def model_document(
         document["dof"] = float(model.dof) if np.isfinite(model.dof) else None
         if np.isfinite(model.dof) and (model.by_noise != model.covariance).any():
             document["covariance_by_noise"] = _matrix(springs, model.by_noise)
+        if (model.at_task != model.covariance).any():
+            document["covariance_at_task"] = _matrix(springs, model.at_task)
+    if model.model_error > 0.0:
+        document["model_error_mm"] = 1e3 * float(model.model_error)
     if model.noise != 1.0:
         document["noise_scale"] = float(model.noise)
     return document | dict(sections or {})
