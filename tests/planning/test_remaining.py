@@ -144,6 +144,19 @@ def test_the_command_plans_judges_and_reports_the_rest(
     judged = run(app, ["evaluate", str(path), str(out), "--random", "0"])
     assert judged.exit_code == 0, judged.output
     assert "counts the information of 5 experiments" in judged.output
+    assert "that is not checked" not in judged.output
+    document = json.loads(out.read_text("utf-8"))
+    rows = np.array(document["after"]["information_N2m2"])
+    document["after"]["information_N2m2"] = (100.0 * rows).tolist()
+    better = tmp_path / "better.json"
+    better.write_text(json.dumps(document), encoding="utf-8")
+    caught = run(app, ["evaluate", str(path), str(better), "--random", "0"])
+    assert caught.exit_code == 2
+    assert "information_N2m2 is not what" in " ".join(caught.output.split())
+    data.rename(tmp_path / "elsewhere.csv")
+    trusted = run(app, ["evaluate", str(path), str(out), "--random", "0"])
+    assert "that is not checked" in " ".join(trusted.output.split())
+    (tmp_path / "elsewhere.csv").rename(data)
     page = tmp_path / "rest.html"
     shown = run(app, ["report", str(out), "--quick", "-o", str(page)])
     assert shown.exit_code == 0, shown.output

@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Container
 from pathlib import Path
 
+import numpy as np
+
 from elastocal.errors import InputError
 from elastocal.files.measurements.measurement_file import read_measurements
 from elastocal.files.measurements.recognised import has_readings
@@ -16,6 +18,8 @@ from elastocal.files.plans.proposal_file import Proposal
 from elastocal.identification.impossible import refuse_impossible_readings
 from elastocal.measuring.measurements import Measurements
 from elastocal.planning.as_measured import Measured
+from elastocal.planning.remaining import done
+from elastocal.study.before import Done
 from elastocal.study.known import Known
 from elastocal.study.study import Study
 
@@ -66,3 +70,43 @@ def as_proposal(paths: list[Path], done: Measured, taken: Container[str]) -> Pro
     name = ", ".join(path.name for path in paths)
     name = ", ".join(map(str, paths)) if name in taken else name
     return Proposal(name, done.cases, done.repeats)
+
+
+_SAME = 1e-6  # difference of information that is rounding, as a correlation
+
+
+def recomputed(before: Done, study: Study, plan: Path) -> bool:
+    """Whether what a plan says of the experiments before it was worked out again, and is so.
+
+    Args:
+        before: What the plan says.
+        study: Its study, without what was measured.
+        plan: Its file; the measurements are where it was made, or beside it.
+
+    Returns:
+        Whether their files are there, as they were.
+
+    Raises:
+        InputError: they are, and tell something else.
+    """
+    names, _, mapping = before.source.partition(" through ")
+    for folder in (Path(), plan.parent):
+        files = [folder / name for name in names.split(", ")]
+        foreign = folder / mapping if mapping else None
+        if not all(file.is_file() for file in [*files, *([foreign] if foreign else [])]):
+            continue
+        data = read_measurements(files[0] if len(files) == 1 else files, study, foreign)
+        if data.sha256 != before.sha256:
+            continue
+        true = done(study, data).information
+        if true.shape != before.information.shape:
+            continue
+        scale = np.sqrt(np.diagonal(true))
+        apart = np.abs(before.information - true) > _SAME * np.outer(scale, scale)
+        if before.experiments != len(data.cases) or apart.any():
+            raise InputError(
+                f"{plan}: after: information_N2m2 is not what {before.source} tells; make the plan "
+                "again with --after"
+            )
+        return True
+    return False

@@ -178,7 +178,7 @@ def evaluate_command(
 ) -> None:
     """Judge plans from the study alone; refuse what breaks a constraint or claims too much."""
     from elastocal.cli.inputs import baselines, knowing_as, load, proposals, with_path
-    from elastocal.cli.measured import as_proposal, measured_among
+    from elastocal.cli.measured import as_proposal, measured_among, recomputed
     from elastocal.cli.origins import note_origin
     from elastocal.cli.planning import bound
     from elastocal.files.plans.proposal_file import study_for
@@ -201,7 +201,9 @@ def evaluate_command(
     studies: dict[int, Study] = {}
     note_parted(plans)
     read = measured_among(plans, mapping)
-    proposed = proposals([file for file in plans if file not in read], study)
+    made = [file for file in plans if file not in read]
+    proposed = proposals(made, study)
+    files = dict(zip(proposed, made, strict=False))
     measured: dict[str, Measured] = {}
     if read:
         done = _measured(study, read, mapping, as_json)
@@ -213,9 +215,11 @@ def evaluate_command(
         note_origin(name, proposal, written, study.known)
         m, before = proposal.count, proposal.done
         if before is not None:
+            true = recomputed(before, study, files.get(name, Path(name)))
+            checked = "" if true else ", as it says: that is not checked, for they are not there"
             print(
                 f"note: {name} counts the information of {before.experiments} experiments "
-                f"measured before it ({before.source}), as it says: that is not checked",
+                f"measured before it ({before.source}){checked}",
                 file=sys.stderr,
             )
         # A plan is judged by the criterion it was made for.
@@ -223,7 +227,7 @@ def evaluate_command(
         known = "" if wanted.known is None else wanted.known.sha256
         key = (
             wanted.criterion,
-            "" if before is None else before.sha256,
+            "" if before is None else before.sha256 + str(hash(before.information.tobytes())),
             known,
             m if wanted.prior.any() else 0,
         )

@@ -52,7 +52,7 @@ class Certificate:
         kind: "numerical": the bound rests on a multistart search; "none": no bound is known.
         lower_bound: No plan has a smaller loss 1/√φ: ρ0 [m] for test-pose criteria.
         efficiency: φ of the plan over the bound: 0.9 means that at best 10 % of the experiments
-            could be saved.
+            could be saved, where nothing was known before: then φ grows as their number.
         fresh_starts: Distinct fresh random starts that failed to refute the bound.
         attained: How many of them reached the same maximum.
         support: Load cases of the continuous design behind the bound, those of nearly the same
