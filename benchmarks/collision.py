@@ -3,10 +3,11 @@
     python benchmarks/collision.py [--rounds 3]
 
 First what a study watches that says nothing, the robot itself and the floor, over switched off.
-Then three cells around the KR 270: capsules along its chain among boxes, which have closed forms;
-the same with a cylinder and a mesh, which go to coal; and a robot whose links are meshes. Then a
-UR5 with the meshes of its description, close over its table. Processor time, so that other work on
-the machine matters less.
+Then a KR 270 before a tracker that must see it, with a cone of loads, among a table, a wall and a
+round column, a mesh and links of meshes, over the same without clearances and line of sight. Then
+cells around the KR 270 alone: capsules along its chain among boxes; the same with a cylinder and a
+mesh; links that are meshes. Then a UR5 with the meshes of its description, close over its table.
+Processor time, so that other work on the machine matters less.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from elastocal.constraints import Clearance, HalfSpace
+from elastocal.constraints import Clearance, HalfSpace, LineOfSight
 from elastocal.constraints.cell import CollisionRules, clearances
 from elastocal.cores import several_cores, usable_cores
 from elastocal.elastic.allowed_loads import FixedVector
@@ -98,6 +99,28 @@ def ur5() -> Study:
     return replace(study, pace=replace(study.pace, home=home))
 
 
+def before_a_tracker(folder: Path) -> dict[str, Study]:
+    """A study without its cell, with it, with a tank, and with links that are meshes, too."""
+    text = (ROOT / "benchmarks" / "cells" / "column.yaml").read_text(encoding="utf-8")
+    _, tank = round_things(folder)
+    centre = (1e3 * tank.pose[:3, 3]).tolist()
+    name = f"    - {{name: tank, mesh: tank.stl, mesh_unit: mm, center_mm: {centre}}}\n"
+    found = {}
+    for what, cell in (
+        ("cell", text),
+        ("... and tank", text.replace("\nmotion", name + "\nmotion")),
+    ):
+        (folder / "study.yaml").write_text(cell, encoding="utf-8")
+        found[what] = read_study(folder / "study.yaml")
+    study = found["cell"]
+    unseen = [c for c in study.constraints if not isinstance(c, Clearance | LineOfSight)]
+    plain = replace(study, constraints=tuple(unseen))
+    seen = [c for c in study.constraints if isinstance(c, LineOfSight)]
+    meshes = with_cell(plain, with_meshes(study.robot, folder), [*boxes(), *round_things(folder)])
+    meshes = replace(meshes, constraints=(*meshes.constraints, *seen))
+    return {"tracker and cone, without": plain, **found, "... and links as meshes": meshes}
+
+
 def with_cell(study: Study, robot: Robot, obstacles: Sequence[Shape]) -> Study:
     """The study with clearances."""
     tool = study.experiments.tool
@@ -131,6 +154,13 @@ def main() -> None:
     watched = read_study(ROOT / "examples" / "kr270" / "study.yaml")
     plain = tuple(c for c in watched.constraints if not isinstance(c, Clearance))
     study = replace(watched, constraints=plain)
+    with tempfile.TemporaryDirectory() as name:
+        cells = before_a_tracker(Path(name))
+        base = 0.0
+        for what, cell in cells.items():
+            found, rho0 = seconds(cell, rounds)
+            base = base or found
+            print(f"{what:34} {found:6.2f} s  {found / base:5.2f}×  ρ0 {1e6 * rho0:.3f} µm")
     base, rho0 = seconds(study, rounds)
     print(f"{'without':34} {base:6.2f} s          ρ0 {1e6 * rho0:.3f} µm")
     found, rho0 = seconds(watched, rounds)
@@ -144,7 +174,7 @@ def main() -> None:
         for what, robot, obstacles in (
             ("capsules, itself only", study.robot, []),
             ("capsules, table, wall", study.robot, boxes()),
-            ("... and post and tank (coal)", study.robot, [*boxes(), *round_things(folder)]),
+            ("... and post and tank", study.robot, [*boxes(), *round_things(folder)]),
             ("links as meshes, table, wall", with_meshes(study.robot, folder), boxes()),
         ):
             found, rho0 = seconds(with_cell(study, robot, obstacles), rounds)
