@@ -89,6 +89,7 @@ def test_every_kind_of_constraint(name: str) -> None:
         assert not core.foreign
         found = core.evaluate(x)
         np.testing.assert_allclose(found.margins, expected.margins, rtol=0, atol=1e-11)
+        np.testing.assert_array_equal(core.holds(x), (found.margins >= 0.0).all(axis=1))
         none = np.zeros_like(expected.blocks)
         close(found.pull(none, weights), expected.pull(none, weights), 1e-11)
 

@@ -46,13 +46,13 @@ ROBOT = _free()
 TOOL = Tool("point", np.array([0.1, 0.0, 0.0]), np.array([[0.1, 0.0, 0.0]]), ("M1",))
 
 
-def in_core(one: Solid, two: Solid) -> Iterator[CompiledSpace]:
-    """The distance of two solids as a margin, at every level of instructions."""
+def in_core(one: Solid, two: Solid, keep: float = FAR) -> Iterator[CompiledSpace]:
+    """The distance of two solids, less what is to be kept, at every level of instructions."""
     space = LoadCaseSpace(
         arm=ElasticArm(ROBOT, joint_springs(ROBOT), TOOL),
         force=FixedVector(np.array([0.0, 0.0, -100.0])),
         moment=FixedVector(np.zeros(3)),
-        constraints=[Clearance("it", Pairs((one, two), ((0, 1),)), FAR)],
+        constraints=[Clearance("it", Pairs((one, two), ((0, 1),)), keep)],
         instrument=Isotropic(3e-5),
         limits=np.array([np.full(6, -3.0), np.full(6, 3.0)]),
     )
@@ -192,6 +192,18 @@ def test_signs_where_solids_touch(first: str, second: str) -> None:
             near = np.abs(distance - expected) < 0.1 * off + CERTAIN
             assert (near | (off > 1e-5) | ~inside).all()  # farther off all is curved
             assert (np.sign(distance)[inside & (expected != 0.0)] == sign).all()
+
+
+@pytest.mark.parametrize(("first", "second"), [*MIXED, ("capsule", "box"), ("box", "box")])
+def test_what_holds_is_what_has_no_negative_margin(first: str, second: str) -> None:
+    """Asked without sizes the answer is the same, for any distance to keep."""
+    for seed, keep in enumerate((0.02, 0.0, 0.3, -0.1)):
+        rng = np.random.default_rng(seed)
+        one, two, q = solid(rng, first, 6), solid(rng, second, 0), configurations(rng)
+        for core in in_core(one, two, keep):
+            margin = core.known_margins(q)[:, 0]
+            clear = np.abs(margin) > CERTAIN
+            np.testing.assert_array_equal(core.holds(q)[clear], margin[clear] >= 0.0)
 
 
 def test_cylinders_by_hand() -> None:
