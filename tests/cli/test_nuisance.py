@@ -49,7 +49,9 @@ def test_a_plan_says_what_it_promises_and_without(folder: Path) -> None:
     assert promise["repeatability_mm"] == pytest.approx(0.01 * 3**0.5)
     assert set(plan["standard_error"]) == set(promise["standard_error"]) == {"J2", "J3"}
     assert plan["covariance"]["order"][:2] == ["J2", "J3"]
-    assert "The plan is made for ρ0, which counts the springs of the nuisance" in said
+    assert "ρ0 counts the springs of the nuisance without these errors" in said
+    assert "Plans are made for the promise." in said
+    assert promise["optimised"] == "promise"
     assert "Without nuisance the same plan would claim" in said
     assert "no calibration takes from the task: friction" in said
 

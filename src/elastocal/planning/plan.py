@@ -37,6 +37,7 @@ from elastocal.planning.certificate import (
     lower_bound,
     with_floor,
 )
+from elastocal.planning.for_promise import for_promise, is_for_promise
 from elastocal.planning.lost import AGAIN, away_from, others_lost, turned_into
 from elastocal.planning.one_side import azimuth_range
 from elastocal.planning.plain_values import Plain, simplify
@@ -179,7 +180,7 @@ def plan(
     if first is not None and bound.stopped:
         bound = replace(bound, target=first.criterion)
     search = partial(exact_design, count=m, distinct=distinct, rng=rng, effort=effort, stop=stop)
-    found = _searched(study, space, bound, first, search, seed, tell)
+    found = _searched(study, space, bound, first, search, seed, tell, stop)
     bound = confirmed(study, bound, found.x, rng, stop=stop)
     cases, repeats = found.cases, found.repeats
     tell("exact plan", 1.0)
@@ -252,6 +253,7 @@ def _searched(
     search: Callable[..., ExactDesign],
     seed: int,
     tell: Progress,
+    stop: Stop | None,
 ) -> _Outcome:
     """The best plan found whose configurations can all be reached from home.
 
@@ -276,6 +278,9 @@ def _searched(
         except InfeasibleError as error:
             _refuse(blocked or error, () if blocked else out_of_reach(motions))
         design, generations = found, generations + found.generations
+        if is_for_promise(study) and not found.stopped:
+            tell("errors of load cases", 1.0)
+            design = for_promise(study, reachable, goal, found, seed, stop)
         plain = simplify(space, space.load_cases(design.x))
         single = merged(goal, design, _roomiest(study, plain.cases))
         if single is not design:

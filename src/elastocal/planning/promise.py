@@ -6,29 +6,19 @@ any nuisance, and what no calibration takes away.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
 from elastocal.elastic.arm import ElasticArm
-from elastocal.elastic.case_errors import (
-    CaseErrors,
-    common_columns,
-    own_covariance,
-    shared_covariance,
-)
+from elastocal.elastic.case_errors import CaseErrors, shared_covariance
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.nuisance import Nuisance
-from elastocal.elastic.regressor import regressor
 from elastocal.elastic.springs import joint_springs
 from elastocal.matrices import rank_of, scaled_inverse
-from elastocal.robot.posture import Posture
-from elastocal.study.left_rigid import counted
-from elastocal.study.study import Study, TestPose
-from elastocal.study.test_path import TestPath
-
-_UNIT = 1e-7  # size of compliances, so that information on common errors is as large as theirs
+from elastocal.planning.with_errors import WithErrors
+from elastocal.study.study import Study
 
 
 @dataclass(frozen=True)
@@ -71,7 +61,7 @@ def promise(
         repeats: (S,) repeats.
         information: (f, f) information on all that is fitted by the noise of the instrument alone.
 
-    Source: ours; Σ Aᵀ (V / n + S_shared + S_own / n)⁻¹ A, common errors as further unknowns.
+    Source: ours.
     """
     nuisance = study.nuisance
     if nuisance is None:
@@ -79,15 +69,12 @@ def promise(
     own = [study.fitted.names.index(name) for name in study.sought.names]
     beside = [study.fitted.names.index(name) for name in nuisance.names]
     plain = _inverse(information[np.ix_(own, own)])
+    told = WithErrors(study, nuisance)
+    covariance = _with_errors(told, cases, repeats, information)
     blocks = [pose.regressors for pose in study.test_poses]
-    covariance = _with_errors(study, nuisance, cases, repeats, information)
-    further = covariance.shape[0] - len(study.fitted)
-    seen = [
-        np.concatenate([a, _common_at(study, nuisance, pose, further)], axis=2)
-        for a, pose in zip(blocks, study.test_poses, strict=True)
-    ]
-    missed = [_other_cell(study, nuisance, pose) for pose in study.test_poses]
-    each = np.array([_square(a, covariance) + m for a, m in zip(seen, missed, strict=True)])
+    each = np.array(
+        [_square(told.blocks(p), covariance) + told.other_cell(p) for p in study.test_poses]
+    )
     prior = np.diag(nuisance.deviation**2)
     errors = nuisance.errors
     floors = [
@@ -113,37 +100,13 @@ def promise(
 
 
 def _with_errors(
-    study: Study, nuisance: Nuisance, cases: LoadCases, repeats: IntArray, information: Array
+    told: WithErrors, cases: LoadCases, repeats: IntArray, information: Array
 ) -> Array:
-    """(f + e, f + e) covariance of what is fitted and of e common errors, of size `_UNIT` each."""
-    errors = nuisance.errors
-    if not errors.any:
+    """(f + e, f + e) covariance of what is fitted and of e common errors."""
+    if not told.nuisance.errors.any:
         return _inverse(information)
-    arm, count = study.fitted_arm, repeats.astype(float)[:, None, None]
-    joints = replace(arm, springs=joint_springs(study.robot))
-    rows = study.fitted.columns(regressor(arm, cases))
-    noise = _noise(study, cases) / count
-    noise += shared_covariance(errors, joints, nuisance.nominal, cases)
-    noise += own_covariance(errors, joints, nuisance.nominal, cases) / count
-    _, common = common_columns(errors, joints, nuisance.nominal, cases)
-    rows = np.concatenate([rows, common / _UNIT], axis=2)
-    white = np.linalg.solve(np.linalg.cholesky(noise), rows)
-    total = np.einsum("nri,nrj->ij", white, white)
-    f = len(study.fitted)
-    total[:f, :f] += study.prior
-    total[f:, f:] += np.eye(len(total) - f) / _UNIT**2
-    return _inverse(total, f)
-
-
-def _noise(study: Study, cases: LoadCases) -> Array:
-    """(N, m, m) covariance of what the instrument reads of each load case."""
-    posture, tool = Posture(study.robot, cases.q), study.experiments.tool
-    points = np.stack([posture.point(marker).T for marker in tool.markers], axis=1)
-    parts = study.instrument.covariances(points)
-    noise = np.zeros((len(cases), 3 * parts.shape[1], 3 * parts.shape[1]))
-    for t in range(parts.shape[1]):
-        noise[:, 3 * t : 3 * t + 3, 3 * t : 3 * t + 3] = parts[:, t]
-    return noise
+    total = told.base + told.informations(cases, repeats).sum(axis=0)
+    return _inverse(total, len(told.study.fitted))
 
 
 def _inverse(information: Array, first: int | None = None) -> Array:
@@ -165,37 +128,6 @@ def _root(study: Study, squares: Array) -> float:
     """Root of the mean of squares over the test poses, by their weights."""
     shares = study.shares
     return float(np.sqrt(shares[shares > 0.0] @ squares[shares > 0.0]))
-
-
-def _common_at(study: Study, nuisance: Nuisance, pose: TestPose | TestPath, count: int) -> Array:
-    """(N, r, e) how common errors of the loads move the tool of a test pose.
-
-    With the cell of the campaign the process force is as wrong as the loads were: by as much as the
-    compliances are too small. Nothing of the direction of the loads is in the task.
-    """
-    found = np.zeros((*pose.regressors.shape[:2], count))
-    if nuisance.errors.common_gain > 0.0 and nuisance.errors.process_force == "same":
-        gain = nuisance.errors.common_gain / _UNIT
-        found[:, :, 0] = gain * _compensated(study, nuisance, pose)
-    return found
-
-
-def _other_cell(study: Study, nuisance: Nuisance, pose: TestPose | TestPath) -> float:
-    """Mean square that another cell for the process force adds [m²]; as good as the first."""
-    if nuisance.errors.process_force != "other":
-        return 0.0
-    moved = nuisance.errors.common_gain * _compensated(study, nuisance, pose)
-    return float((moved**2).sum(axis=1).mean())
-
-
-def _compensated(study: Study, nuisance: Nuisance, pose: TestPose | TestPath) -> Array:
-    """(N, r) deflection at a test pose by the joints that the study takes into account."""
-    if pose.cases is None or pose.tool is None:
-        return np.zeros(pose.regressors.shape[:2])
-    names = study.robot.joint_names
-    compliance = nuisance.nominal * [float(name in counted(study)) for name in names]
-    arm = ElasticArm(study.robot, joint_springs(study.robot), pose.tool.at_tcp, study.gravity)
-    return np.asarray(regressor(arm, pose.cases) @ compliance)
 
 
 def _floor(study: Study, nuisance: Nuisance, errors: CaseErrors) -> float:

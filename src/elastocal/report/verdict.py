@@ -11,6 +11,7 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.planning.certificate import Certificate
+from elastocal.planning.for_promise import is_for_promise
 from elastocal.planning.plan import Plan
 from elastocal.study.left_rigid import counted as counted_in
 from elastocal.study.study import Study
@@ -168,7 +169,9 @@ def _advice(plan: Plan) -> list[str]:
         sentences.append(
             "These experiments do not tell all compliances apart. Use more or other configurations."
         )
-    sentences += promise_sentences(plan.assessment.rho0, plan.assessment.promise)
+    sentences += promise_sentences(
+        plan.assessment.rho0, plan.assessment.promise, made_for_it=is_for_promise(plan.study)
+    )
     sentences += [ended(worded(doubt)) for doubt in plan.doubts]
     if plan.study.known is not None:
         known = plan.study.known

@@ -16,6 +16,7 @@ from elastocal.motion.schedule import Schedule
 from elastocal.planning.along_paths import Shares
 from elastocal.planning.certificate import Certificate
 from elastocal.planning.evaluation import Evaluation
+from elastocal.planning.for_promise import is_for_promise
 from elastocal.planning.plan import Plan
 from elastocal.planning.visibility import Visibility
 from elastocal.robot.chain import Robot
@@ -76,7 +77,9 @@ def show_plan(plan: Plan) -> None:
         f"ρ0 = [bold]{micrometres(worth.rho0)}[/bold]: root mean square position error "
         f"after compensation {where_judged(plan.study)}{escape(_only(plan))}"
     )
-    for sentence in promise_sentences(worth.rho0, worth.promise):
+    for sentence in promise_sentences(
+        worth.rho0, worth.promise, made_for_it=is_for_promise(plan.study)
+    ):
         out.print(Text(sentence))
     for doubt in plan.doubts:
         out.print(Text(told(doubt, ended(worded(doubt))), style="yellow"))
@@ -277,7 +280,9 @@ def show_evaluations(
     seen = watch_of(study.constraints)
     out.print(Text(watch(seen.watched, seen.unwatched)))
     for name, result in results.items():
-        for sentence in promise_sentences(result.assessment.rho0, result.assessment.promise):
+        for sentence in promise_sentences(
+            result.assessment.rho0, result.assessment.promise, made_for_it=is_for_promise(study)
+        ):
             if promised:
                 out.print(Text(f"{name}: {sentence}"))
         if result.measured:

@@ -31,21 +31,23 @@ class Promised(Protocol):
     def repeatability(self) -> float: ...
 
 
-def promise_sentences(rho0: float, promise: Promised | None) -> list[str]:
+def promise_sentences(rho0: float, promise: Promised | None, *, made_for_it: bool) -> list[str]:
     """What the numbers of a promise are; that there is none, if nuisance does not count.
 
     Args:
-        rho0: ρ0 that the plan is made for [m].
+        rho0: ρ0 of the plan [m].
         promise: What is promised.
+        made_for_it: Whether plans of the study are made for their promise.
     """
     if promise is None:
         return [WITHOUT]
     said = []
     if promise.rho0 != rho0:
         said.append(
-            f"Promised: {length(promise.rho0)}. The plan is made for ρ0, which counts the springs "
-            "of the nuisance; the promise counts the errors of load cases in the readings, too, "
-            "which repeats share."
+            f"Promised: {length(promise.rho0)}, with the errors of load cases in the readings, "
+            "which repeats share; ρ0 counts the springs of the nuisance without these errors, and "
+            "bound and efficiency speak of ρ0. "
+            + ("Plans are made for the promise." if made_for_it else "Plans are not made for it.")
         )
     alone = ""
     if promise.uncompensated > 0.0:

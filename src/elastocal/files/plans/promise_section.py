@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from elastocal.files.plans.load_case_entries import finite_at
+from elastocal.planning.for_promise import is_for_promise
 from elastocal.planning.promise import Promise
 from elastocal.study.study import Study
 
@@ -35,7 +36,7 @@ def promise_section(study: Study, promise: Promise | None) -> dict[str, Any]:
             "standard_error": {
                 name: {"value": error, "unit": kind.compliance} for name, kind, error in errors
             },
-            "optimised": "rho0_mm",
+            "optimised": "promise" if is_for_promise(study) else study.criterion,
             "nuisance": {
                 name: {
                     "standard_uncertainty": size,

@@ -1,0 +1,110 @@
+"""Information with errors of load cases: what repeats share, and what all experiments share.
+
+In: a study that knows nuisance. Out: information matrices on what is fitted and, behind it, on the
+common errors of the loads, and what these move the tool at the test poses.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from elastocal.arrays import Array, IntArray
+from elastocal.elastic.arm import ElasticArm
+from elastocal.elastic.case_errors import common_columns, own_covariance, shared_covariance
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.elastic.nuisance import Nuisance
+from elastocal.elastic.regressor import regressor
+from elastocal.elastic.springs import joint_springs
+from elastocal.robot.posture import Posture
+from elastocal.study.left_rigid import counted
+from elastocal.study.study import Study, TestPose
+from elastocal.study.test_path import TestPath
+
+_UNIT = 1e-7  # size of compliances, so that information on common errors is as large as theirs
+
+
+@dataclass(frozen=True)
+class WithErrors:
+    """Information on f unknowns that are fitted and e common errors, each of size `_UNIT`.
+
+    Attributes:
+        study: The study.
+        nuisance: What it knows of nuisance.
+    """
+
+    study: Study
+    nuisance: Nuisance
+
+    @cached_property
+    def common(self) -> int:
+        """Number e of common errors."""
+        errors = self.nuisance.errors
+        return int(errors.common_gain > 0.0) + 3 * int(errors.common_tilt > 0.0)
+
+    @cached_property
+    def base(self) -> Array:
+        """(f + e, f + e) what is known before."""
+        f = len(self.study.fitted)
+        known = np.eye(f + self.common) / _UNIT**2
+        known[:f, :f] = self.study.prior
+        return known
+
+    def informations(self, cases: LoadCases, repeats: IntArray) -> Array:
+        """(S, f + e, f + e) of S load cases, each measured `repeats` times, (S,).
+
+        Source: ours; Aᵀ (V / n + S_shared + S_own / n)⁻¹ A, common errors as further unknowns.
+        """
+        study, errors, nominal = self.study, self.nuisance.errors, self.nuisance.nominal
+        arm, count = study.fitted_arm, repeats.astype(float)[:, None, None]
+        joints = replace(arm, springs=joint_springs(study.robot))
+        rows = study.fitted.columns(regressor(arm, cases))
+        noise = _noise(study, cases) / count
+        noise += shared_covariance(errors, joints, nominal, cases)
+        noise += own_covariance(errors, joints, nominal, cases) / count
+        _, common = common_columns(errors, joints, nominal, cases)
+        rows = np.concatenate([rows, common / _UNIT], axis=2)
+        white = np.linalg.solve(np.linalg.cholesky(noise), rows)
+        return np.asarray(white.transpose(0, 2, 1) @ white)
+
+    def blocks(self, pose: TestPose | TestPath) -> Array:
+        """(N, r, f + e) how all of it moves the tool of a test pose.
+
+        With the cell of the campaign the process force is as wrong as the loads were: by as much as
+        the compliances are too small. Nothing of the direction of the loads is in the task.
+        """
+        moved = np.zeros((*pose.regressors.shape[:2], self.common))
+        errors = self.nuisance.errors
+        if errors.common_gain > 0.0 and errors.process_force == "same":
+            moved[:, :, 0] = errors.common_gain / _UNIT * self._compensated(pose)
+        return np.concatenate([pose.regressors, moved], axis=2)
+
+    def other_cell(self, pose: TestPose | TestPath) -> float:
+        """Mean square that another cell for the process force adds [m²]; as good as the first."""
+        errors = self.nuisance.errors
+        if errors.process_force != "other":
+            return 0.0
+        moved = errors.common_gain * self._compensated(pose)
+        return float((moved**2).sum(axis=1).mean())
+
+    def _compensated(self, pose: TestPose | TestPath) -> Array:
+        """(N, r) deflection at a test pose by the joints that the study takes into account."""
+        if pose.cases is None or pose.tool is None:
+            return np.zeros(pose.regressors.shape[:2])
+        study = self.study
+        there = [float(name in counted(study)) for name in study.robot.joint_names]
+        arm = ElasticArm(study.robot, joint_springs(study.robot), pose.tool.at_tcp, study.gravity)
+        return np.asarray(regressor(arm, pose.cases) @ (self.nuisance.nominal * there))
+
+
+def _noise(study: Study, cases: LoadCases) -> Array:
+    """(N, m, m) covariance of what the instrument reads of each load case."""
+    posture, tool = Posture(study.robot, cases.q), study.experiments.tool
+    points = np.stack([posture.point(marker).T for marker in tool.markers], axis=1)
+    parts = study.instrument.covariances(points)
+    noise = np.zeros((len(cases), 3 * parts.shape[1], 3 * parts.shape[1]))
+    for t in range(parts.shape[1]):
+        noise[:, 3 * t : 3 * t + 3, 3 * t : 3 * t + 3] = parts[:, t]
+    return noise
