@@ -27,6 +27,7 @@ _ASKED = 60  # experiments that tell a convention
 _CLEARLY = np.log(1000.0)  # of how much likelier another convention must be, besides their number
 _LESS = 0.9  # residual over that of the assumed convention
 _SAME = 1e-6  # change of the sum of squares by what does not matter
+_READ_AS = ("controller", "model")
 _SUSPICIOUS = ("all-negative", "negative", "all-held-at-zero", "held-at-zero", "explains-little")
 
 
@@ -36,13 +37,16 @@ class OtherConvention:
 
     Attributes:
         mistakes: What was wrong in the assumed one, each with the value that mends it; empty where
-            the joint values are the controller's and were taken as those of the model.
+            the joint values were taken the other way.
+        read_as: Whose the joint values are then: "controller" or "model", or either where the
+            convention is its own inverse.
         before: Residual by the assumed one, root mean square over the readings [m].
         after: The same by this one.
         tried: How many were tried.
     """
 
     mistakes: tuple[Doubt, ...]
+    read_as: tuple[str, ...]
     before: float
     after: float
     tried: int
@@ -60,6 +64,7 @@ class OtherConvention:
             else:
                 numbers[mistake.about[0]] = mistake.numbers["sign"]
                 turned += mistake.about
+        numbers |= dict.fromkeys(self.read_as, 1.0)
         return Doubt("other-convention", tuple(turned), tuple(pairs), numbers)
 
 
@@ -78,7 +83,7 @@ def other_convention(found: Identification, table: Coupling) -> OtherConvention 
     shown = table.to_controller(data.cases.q)
     joints = _that_matter(found, data, assumed, shown)
     tried = list(conventions(found.arm.robot, assumed, joints))
-    plain = [table.to_model(data.cases.q)] if not table.is_identity else []
+    plain = [] if table.is_identity else [table.to_model(data.cases.q), shown]
     fits = _fits(found, data, [c.to_model(shown) for c in tried] + plain)
     now = fits[0]
     rows = 3 * len(data)
@@ -95,7 +100,8 @@ def other_convention(found: Identification, table: Coupling) -> OtherConvention 
     ):
         return None
     mistakes = tried[i].mistakes(assumed) if i < len(tried) else ()
-    return OtherConvention(mistakes, now.rms, found_one.rms, len(fits))
+    read_as = tuple(_READ_AS[j - len(tried)] for j in near if j >= len(tried))
+    return OtherConvention(mistakes, () if mistakes else read_as, now.rms, found_one.rms, len(fits))
 
 
 @dataclass(frozen=True)

@@ -15,10 +15,14 @@ def _convention(doubt: Doubt) -> str:
     mistakes = [Doubt("counts-other-way", (j,), numbers={"sign": n[j]}) for j in doubt.about]
     for pair in zip(doubt.because[::2], doubt.because[1::2], strict=True):
         mistakes.append(Doubt("coupled", pair, numbers={"factor": n["/".join(pair)]}))
+    owners = [name for name in ("controller", "model") if name in n]
     why = (
         explained(tuple(mistakes))
         if mistakes
-        else "the joint values are those the controller shows (joints: controller)"
+        else f"the joint values are those of the {owners[0]} (joints: {owners[0]})"
+        if len(owners) == 1
+        else "the joint values are taken the other way (joints: controller for model, or model "
+        "for controller)"
     )
     return (
         f"of {n['tried']:.0f} conventions of the joint values another one fits best: the same "
