@@ -17,7 +17,7 @@ from elastocal.elastic.unknowns import Unknowns
 from elastocal.errors import IdentifiabilityError, InputError
 from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
-from elastocal.identification.validation import leave_one_out
+from elastocal.identification.validation import leave_one_out, validate
 from elastocal.measuring.measurements import Measurements, chosen
 from tests.arms import random_chain, random_tool
 
@@ -263,3 +263,28 @@ def test_a_model_that_left_out_readings_refute_carries_its_error() -> None:
     assert wrong.model.model_error == pytest.approx(seen)
     assert identify(*campaign(np.append(TRUTH, np.zeros(4))), LINEAR).model.model_error == 0.0
     assert right.model.model_error < 0.3 * seen
+
+
+def test_validation_counts_what_readings_share() -> None:
+    """The squares and the intervals are those of the dense covariance."""
+    arm, data = campaign(WHOLE)
+    _, other = campaign(WHOLE, seed=3)
+    what = nuisance(ERRORS)
+    model = identify(arm, data, LINEAR, nuisance=what).model
+    small = 1e-3  # deflections so small that the equilibrium is linear
+    cases = LoadCases(other.cases.q, small * other.cases.wrench)
+    other = replace(other, cases=cases, deflection=small * other.deflection + 2e-8,
+                    covariance=small**2 * other.covariance)  # fmt: skip
+    found = validate(arm, model, other, errors=ERRORS)
+    index = [model.names.index(n) for n in (*arm.springs.names, *what.unknowns.springs.names)]
+    bent = replace(arm, springs=merged(arm.springs, what.unknowns.springs))
+    rows = regressor(bent, cases)
+    place = [bent.springs.names.index(model.names[i]) for i in index]
+    rows = rows[:, :, place].reshape(-1, len(index))
+    spread = rows @ model.covariance[np.ix_(index, index)] @ rows.T
+    own = np.linalg.lstsq(what.unknowns.make, model.compliance[index[3:]], rcond=None)[0]
+    whole = spread + dense(arm, other, what, np.append(model.compliance[index[:3]], own))
+    after = found.after.ravel()
+    assert found.chi_square == pytest.approx(after @ np.linalg.solve(whole, after), rel=1e-3)
+    np.testing.assert_allclose(found.deviation.ravel() ** 2, np.diagonal(whole), rtol=1e-3)
+    assert validate(arm, model, other).chi_square > 1.5 * found.chi_square

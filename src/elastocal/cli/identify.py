@@ -112,7 +112,7 @@ def validate_command(
     as_json: Json = False,
 ) -> None:
     """Compare a model with experiments; with those it was made from, each is left out in turn."""
-    from elastocal.cli.inputs import fit_of, identified_cases, known_in, known_model
+    from elastocal.cli.inputs import errors_of, fit_of, identified_cases, known_in, known_model
     from elastocal.cli.measured import readings
     from elastocal.cli.origins import note_measurements, note_model
     from elastocal.cli.refit import refit
@@ -139,7 +139,10 @@ def validate_command(
         given = read_model(model, study.robot)
         note_measurements(model, data)
         before = identified_cases(model, study.robot)
-        validation = validate(study.arm, given, data, confidence=confidence, identified=before)
+        errors = errors_of(study) if fit_of(model).fitted == "mixed" else None
+        validation = validate(
+            study.arm, given, data, confidence=confidence, identified=before, errors=errors
+        )
     if as_json:
         print_json(validation_document(validation))
         return

@@ -141,7 +141,8 @@ def _validated(
             )
         note_measurements(files.model, kept)
     before = fitted.measurements.cases if fitted else identified_cases(files.model, study.robot)
-    return validate(study.arm, model, kept, confidence=confidence, identified=before)
+    errors = errors_of(study) if fit_of(files.model).fitted == "mixed" else None
+    return validate(study.arm, model, kept, confidence=confidence, identified=before, errors=errors)
 
 
 def with_compensation(

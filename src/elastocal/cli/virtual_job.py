@@ -191,7 +191,7 @@ def _validate(
 ) -> Validation:
     """Random experiments the model has not seen, and how well it predicts them."""
     data = _measure(study, truth, _random_plan(study, _KEPT_ASIDE, rng), out, rng)
-    validation = validate(study.arm, model, kept_aside(data))
+    validation = validate(study.arm, model, kept_aside(data), errors=errors_of(study))
     show_validation(validation)
     return validation
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from elastocal.arrays import Array, BoolArray, frozen
 from elastocal.elastic.arm import ElasticArm
+from elastocal.elastic.case_errors import CaseErrors, own_covariance, shared_covariance
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.deflections import deflection_and_gradient
 from elastocal.elastic.load_cases import LoadCases
@@ -20,7 +21,9 @@ from elastocal.fitting.chances import ratio_above
 from elastocal.fitting.goodness import SURE, p_value_chi_square, quantile
 from elastocal.identification.leave_one_out import left_out_covariance
 from elastocal.identification.result import Identification
+from elastocal.identification.shared_errors import SharedErrors, shared_errors
 from elastocal.measuring.measurements import Measurements, Quantity
+from elastocal.measuring.whitening import noise_factors
 
 
 @dataclass(frozen=True)
@@ -155,6 +158,7 @@ def validate(
     *,
     confidence: float = 0.95,
     identified: LoadCases | None = None,
+    errors: CaseErrors | None = None,
 ) -> Validation:
     """A model against readings that were not used to make it.
 
@@ -164,6 +168,7 @@ def validate(
         measurements: The readings.
         confidence: Confidence of the prediction intervals.
         identified: Load cases that the model was made from, if they are known.
+        errors: What errs from load case to load case besides; none if not given.
 
     Source: ours; the prediction covariance is G cov(k) Gᵀ + s² Σ, s the noise that was found when
     the model was made.
@@ -176,7 +181,13 @@ def validate(
     rows = gradient.reshape(count, targets, 3, -1)[own]
     spread = rows @ model.covariance @ rows.transpose(0, 2, 1)
     noise = model.noise**2 * measurements.covariance
-    test = _joint(after, rows, noise, model.covariance), after.size, model.dof
+    shared = _shared(bent, model.compliance, measurements, errors)
+    if shared is None:
+        chi_square = _joint(after, rows, noise, model.covariance)
+    else:
+        chi_square = _joint_with(shared, measurements, model, after, rows)
+        noise = noise + shared.own
+    test = chi_square, after.size, model.dof
     expected = spread + noise
     found = _judged(measurements, after, expected, model.dof, confidence, test, kept_aside=True)
     return replace(found, repeated=_repeated(measurements.cases, identified))
@@ -207,6 +218,34 @@ def _joint(after: Array, rows: Array, noise: Array, covariance: Array) -> float:
     told = np.einsum("rip,riq->pq", rows, np.linalg.solve(noise, rows))
     shared = np.linalg.solve(np.eye(len(pulled)) + covariance @ told, covariance @ pulled)
     return float(np.einsum("ri,ri->", after, quiet) - pulled @ shared)
+
+
+def _shared(
+    arm: ElasticArm, compliance: Array, data: Measurements, errors: CaseErrors | None
+) -> SharedErrors | None:
+    """What readings share besides the error of the model; None for nothing."""
+    of_case = of_one = None
+    if errors is not None and errors.any_shared:
+        of_case = shared_covariance(errors, arm, compliance, data.cases)
+    if errors is not None and errors.any_own:
+        of_one = own_covariance(errors, arm, compliance, data.cases)
+    return shared_errors(data, noise_factors(data.covariance)[1], of_case, of_one)
+
+
+def _joint_with(
+    shared: SharedErrors, data: Measurements, model: ComplianceModel, after: Array, rows: Array
+) -> float:
+    """As `_joint`, with errors that readings share."""
+    whitener = noise_factors(data.covariance)[1]
+    white = (whitener @ rows).reshape(-1, rows.shape[2])
+    error = np.einsum("rij,rj->ri", whitener, after).reshape(-1, 1)
+    weight = 1.0 / (model.noise**2 + shared.absolute)
+    white, left = shared.turned(white), shared.turned(error)[:, 0]
+    pulled = white.T @ (weight * left)
+    told = white.T @ (weight[:, None] * white)
+    covariance = model.covariance
+    part = np.linalg.solve(np.eye(len(pulled)) + covariance @ told, covariance @ pulled)
+    return float(np.sum(weight * left**2) - pulled @ part)
 
 
 def leave_one_out(found: Identification, *, confidence: float = 0.95) -> Validation:
