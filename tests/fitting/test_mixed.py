@@ -7,6 +7,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 from scipy.special import stdtrit
 
+from elastocal.fitting.few_readings import spread_of_few
 from elastocal.fitting.mixed import (
     Rows,
     condensed,
@@ -136,3 +137,43 @@ def test_intervals_hold_the_truth_as_often_as_they_say(sigma: float) -> None:
 
 def replace_all_by_own(rows: Rows) -> Rows:
     return Rows(rows.rows, rows.values, np.ones(len(rows.own)), np.zeros(len(rows.own)))
+
+
+def test_few_readings_leave_room_for_all_sizes_of_the_noise() -> None:
+    """One pure degree of freedom and a prior: intervals hold at least as often as they say, where
+    the likelihood alone falls short."""
+    rng, inside, alone, count = np.random.default_rng(8), 0, 0, 150
+    for _ in range(count):
+        x, truth = rng.normal(size=(3, 2)), rng.normal(size=2)
+        mean = truth + 0.3 * rng.normal(size=2)
+        values = np.append(x @ truth + rng.normal(size=3), mean / 0.3)
+        rows = Rows(
+            np.vstack([x, np.eye(2) / 0.3]), values,
+            np.array([1.0, 1, 1, 0, 0]), np.array([0.0, 0, 0, 1, 1]),
+        )  # fmt: skip
+        assert rows.pure_dof == 1
+        spread = spread_of_few(rows)
+        found, _ = estimate(rows, spread.variance)
+        width = stdtrit(freedom(spread, np.eye(2)), 0.975)
+        inside += int(
+            np.sum(np.abs(found - truth) <= width * np.sqrt(np.diagonal(spread.covariance)))
+        )
+        variance = noise_variance(rows)
+        if variance > 0.0:
+            _, narrow = estimate(rows, variance)
+            other, _ = estimate(rows, variance)
+            alone += int(np.sum(np.abs(other - truth) <= 1.96 * np.sqrt(np.diagonal(narrow))))
+    assert 0.93 < inside / (2 * count) <= 1.0
+    assert alone / (2 * count) < 0.9
+
+
+def test_without_prior_few_readings_are_student() -> None:
+    """Flat in s, one degree of freedom, nothing known: the interval is that of Student's t."""
+    x = np.array([[1.0], [1.0], [2.0]])
+    rows = Rows(x, np.array([0.4, -0.3, 1.0]), np.ones(3), np.zeros(3))
+    spread = spread_of_few(rows)
+    width = stdtrit(freedom(spread, np.eye(1))[0], 0.975) * np.sqrt(spread.covariance[0, 0])
+    found, _ = estimate(rows, 1.0)
+    square = float(np.sum((rows.values - x @ found) ** 2)) / 2.0
+    exact = stdtrit(1, 0.975) * np.sqrt(2.0 * square / 6.0)  # flat in s: one freedom less
+    assert width == pytest.approx(exact, rel=0.02)

@@ -12,6 +12,7 @@ import numpy as np
 
 from elastocal.arrays import Array, frozen
 from elastocal.errors import Doubt, IdentifiabilityError
+from elastocal.fitting.few_readings import FEW, median_variance, spread_of_few
 from elastocal.fitting.mixed import Rows, Spread, noise_variance, spread_found, spread_known
 from elastocal.fitting.robust import EFFICIENCY, inflation, robust_scale
 from elastocal.identification.fit import Fit
@@ -37,7 +38,7 @@ def noise(how: Fit, problem: Problem, found: Solution, chi_square: float) -> tup
         return scale, variance
     if problem.shared is not None or (how.estimates_sigma and len(problem.extra_rows)):
         rows = rows_at(problem, found)
-        shown = noise_variance(rows, problem.variance) if rows.pure_dof > 0 else 0.0
+        shown = _variance(rows, problem.variance)
         scale = float(np.sqrt(shown)) if shown > 0.0 else float("nan")
     if not how.estimates_sigma:
         return scale, 1.0
@@ -45,6 +46,14 @@ def noise(how: Fit, problem: Problem, found: Solution, chi_square: float) -> tup
         doubt = Doubt("no-freedom", numbers={"readings": len(found.residual)})
         raise IdentifiabilityError(worded(doubt)).with_doubts(doubt)
     return scale, scale**2
+
+
+def _variance(rows: Rows, start: float) -> float:
+    """s² as far as the readings show it; 0 if they do not."""
+    pure = rows.pure_dof
+    if pure >= FEW:
+        return noise_variance(rows, start)
+    return median_variance(rows) if pure > 0 else 0.0
 
 
 def over_noise(problem: Problem, found: Solution, variance: float) -> tuple[Array, Array]:
@@ -102,8 +111,9 @@ def spread_of(how: Fit, problem: Problem, found: Solution, variance: float) -> S
     rows = rows_at(problem, found)
     if not how.estimates_sigma:
         return spread_known(rows, variance)
-    spread = spread_found(rows, variance)
-    return replace(spread, dof=dof) if how.robust else spread
+    if how.robust:
+        return replace(spread_found(rows, variance), dof=dof)
+    return spread_of_few(rows) if rows.pure_dof < FEW else spread_found(rows, variance)
 
 
 def triangle_of(problem: Problem, found: Solution, variance: float) -> Array:
