@@ -68,7 +68,7 @@ def test_what_is_known_is_said(folder: Path, tmp_path: Path) -> None:
         )
     )  # fmt: skip
     assert "Known from before, and fitted along: J2, J3" in said
-    assert "by the uncertainty of J1, J2, J3." in said
+    assert "by the uncertainty of J1, J2, J3; no nuisance counts." in said
     assert "Stiffness at 'task': TCP of 'tip', base axes" in said
     said = flat(done("evaluate", folder / "two.yaml", folder / "two.json", "--random", "0"))
     assert "note: two.json counts what first.json knows of J2, J3" in said

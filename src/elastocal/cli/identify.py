@@ -95,7 +95,7 @@ def identify_command(
 
     show_identification(identification, beyond)
     there = at_test_poses(study, identification.model, identification.width)
-    show_errors_left(there, in_short(identification))
+    show_errors_left(there, in_short(identification), nuisance=identification.nuisance is not None)
     show_stiffness(there)
     print(f"wrote {out}")
 

@@ -176,7 +176,7 @@ def _identify(study: Study, data: Measurements, out: Path) -> Identification:
     write_identification(study, identification, out, beyond=beyond)
     show_identification(identification, beyond)
     there = at_test_poses(study, identification.model, identification.width)
-    show_errors_left(there, in_short(identification))
+    show_errors_left(there, in_short(identification), nuisance=identification.nuisance is not None)
     if not there or not there[0].cartesian.rigid:
         show_stiffness(there)
     return identification

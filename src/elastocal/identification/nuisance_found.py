@@ -8,6 +8,8 @@ import numpy as np
 
 from elastocal.identification.result import Identification
 
+_ALONG = "what was fitted along"
+
 
 @dataclass(frozen=True)
 class NuisanceFound:
@@ -40,10 +42,10 @@ class NuisanceFound:
 
 
 def in_short(found: Identification) -> tuple[str, ...]:
-    """Names of what was fitted, nuisance parameters as one; says so if there are none."""
+    """Names of what was fitted, nuisance parameters as one."""
     besides = {one.name for one in nuisance_found(found)}
     names = tuple(name for name in found.fitted if name not in besides)
-    return (*names, "what was fitted along" if besides else "no nuisance")
+    return (*names, _ALONG) if besides else names
 
 
 def nuisance_found(found: Identification) -> tuple[NuisanceFound, ...]:

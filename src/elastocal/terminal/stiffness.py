@@ -15,15 +15,18 @@ from elastocal.wording.stiffness import COMPLIANCE, STIFFNESS, left_out, ranged
 _MOST = 3  # test poses of which the stiffness is shown
 
 
-def show_errors_left(found: tuple[AtTestPose, ...], names: tuple[str, ...]) -> None:
+def show_errors_left(
+    found: tuple[AtTestPose, ...], names: tuple[str, ...], *, nuisance: bool
+) -> None:
     """The whole error that the compliances of `names` leave at each test pose."""
+    without = "" if nuisance else "; no nuisance counts"
     for one in found:
         rigid = one.cartesian.rigid
         besides = f", {', '.join(rigid)} taken as rigid" if rigid else ""
         out.print(
             Text(
                 f"Error left at {one.name!r} after compensation: ρ0 = {micrometres(one.rho0)}, by "
-                f"the uncertainty of {', '.join(names)}{besides}."
+                f"the uncertainty of {', '.join(names)}{besides}{without}."
             )
         )
 
