@@ -108,6 +108,8 @@ def mixed() -> Iterator[Case]:
         yield Case(
             f"springs, 4 x 3, promised/true {ratio:g}", one, repeated, ratio, 0.0, "estimated"
         )
+    positive = study_of(every, _FREE, quiet.replace("{", "{mean: positive, ", 1))
+    yield Case("springs, mean: positive, 4 x 3", positive, repeated, 1.0, 0.0, "estimated")
     yield Case("springs, three markers, 4 x 3", three, repeated, 1.0, 0.0, "estimated")
     yield Case("springs, prior 10 %, 4 x 3", one, repeated, 1.0, 0.1, "estimated")
     loads = springs.replace(
@@ -174,7 +176,8 @@ def _drawer(
     made = [springs.names.index(name) for name in nuisance.unknowns.springs.names]
 
     def draw() -> tuple[Array, Array]:
-        size = nuisance.deviation * rng.normal(size=len(nuisance.deviation))
+        size = np.hypot(nuisance.mean, nuisance.deviation)  # root mean square, either way
+        size = size * rng.normal(size=len(size))
         size = np.where(nuisance.signed, size, np.abs(size))
         compliance = np.zeros(len(springs))
         compliance[own], compliance[made] = truth, nuisance.unknowns.make @ size

@@ -172,3 +172,15 @@ def test_what_is_identified_is_no_nuisance() -> None:
     assert not any("foot turning" in name for name in names)
     assert "tilt A5" in names
     assert "foot sliding x" in names
+
+
+def test_what_is_positive_may_be_expected_above_zero() -> None:
+    """The same root mean square, with the moments of a positive number."""
+    zero = told("typical")
+    positive = told("{preset: typical, mean: positive}")
+    size = np.hypot(positive.mean, positive.deviation)
+    np.testing.assert_allclose(size, zero.deviation, rtol=1e-12)
+    share = positive.mean[~zero.signed] / size[~zero.signed]
+    np.testing.assert_allclose(share, np.sqrt(2.0 / np.pi), rtol=1e-12)
+    assert (positive.mean[zero.signed] == 0.0).all()
+    assert zero.signed.any()

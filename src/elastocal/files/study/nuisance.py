@@ -65,6 +65,7 @@ class NuisanceFile(Section):
     """What moves readings and tools besides."""
 
     preset: Literal["none", "typical"] = "none"
+    mean: Literal["zero", "positive"] = "zero"
     compliance_urad_per_Nm: dict[Name, _PositiveMicro] = fresh(dict)
     compliance_um_per_N: dict[Name, _PositiveMicro] = fresh(dict)
     rated_torque_Nm: dict[Name, Positive] = fresh(dict)
@@ -123,16 +124,21 @@ def nuisance_of(
     effects = besides(robot, effects, springs)
     if not len(effects.unknowns) and not errors.any:
         return None
+    centred = entry.mean == "zero"
+    mean = np.where(centred | effects.signed, 0.0, _POSITIVE_MEAN)
+    share = np.where(centred | effects.signed, 1.0, np.sqrt(1.0 - _POSITIVE_MEAN**2))
     return Nuisance(
         effects.unknowns,
-        np.zeros(len(effects.unknowns)),
-        effects.deviation,
+        mean * effects.deviation,
+        share * effects.deviation,
         effects.signed,
         effects.source,
         nominal,
         errors,
     )
 
+
+_POSITIVE_MEAN = math.sqrt(2.0 / math.pi)  # of |N(0, 1)|: what is positive has a mean
 
 _NOTHING_SAYS = (
     "its sizes scale with the compliances of the joints, and nothing says those of {}; give "
