@@ -151,6 +151,10 @@ def test_several_markers_and_one_configuration_alone() -> None:
     values = deflection(few, TRUTH[1:3], one)[:, :3]
     lacks = what_is_missing(identify(few, read(values, one), ESTIMATED))
     assert lacks.missing == ()
+    assert all(np.isfinite(list(d.numbers.values())).all() for d in lacks.doubts)
+    exact = fitted(deflection(bent(), TRUTH, cases)[:, :3], cases)
+    quiet = replace(exact.measurements, deflection=exact.measurements.deflection - exact.residual)
+    assert missing(identify(bent(), quiet, ESTIMATED)) == []
 
 
 def test_a_candidate_enters_as_a_refit_would() -> None:

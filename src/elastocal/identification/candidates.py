@@ -18,12 +18,11 @@ from elastocal.fitting.chances import chi_square_above, ratio_above
 from elastocal.fitting.goodness import SURE
 from elastocal.fitting.influence import influence
 from elastocal.identification.candidate_columns import SPRINGS, Candidate, candidates
+from elastocal.identification.doubts import SELDOM
 from elastocal.identification.growth import growth
 from elastocal.identification.linearised import Linearised, linearised
 from elastocal.identification.result import Identification
 
-SELDOM = 0.05
-"""Probability below which a candidate is spoken of."""
 _GAIN, _MORE = 0.05, 0.10  # shares of the left-out error that a missing thing takes away
 _SEEN = 1e-3  # information of a column beside the fit, as a share of its own
 _FAR = 4.5  # residual over the noise that is no normal one
@@ -89,12 +88,12 @@ class Lacks:
     def _doubt(self, code: Code, one: Tested) -> Doubt:
         numbers = {
             "share": one.share,
-            "before": one.before,
-            "after": one.left_out,
             "change": float(one.change[one.most]),
             "p_value": one.p_value,
             **dict(zip(("size", "y", "z"), one.size.tolist(), strict=False)),
         }
+        if np.isfinite(one.left_out):
+            numbers |= {"before": one.before, "after": one.left_out}
         if one in self.missing[1:]:
             numbers["besides"] = 1.0
         what = one.candidate
