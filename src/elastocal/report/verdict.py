@@ -44,6 +44,7 @@ class Verdict:
     Attributes:
         work: What is to be done.
         rho0: The figure of merit, number and unit apart.
+        promised: Whether it is the promise, with errors of load cases, and not ρ0.
         meaning: What that number is.
         tiles: The next few numbers.
         proof: Sentences about the certificate.
@@ -52,6 +53,7 @@ class Verdict:
 
     work: str
     rho0: tuple[str, str]
+    promised: bool
     meaning: str
     tiles: tuple[Tile, ...]
     proof: tuple[str, ...]
@@ -86,9 +88,17 @@ def verdict(plan: Plan, random: Array | None) -> Verdict:
         f"{_turned(study)}){only(plan)}. It is the share of the calibration alone: repeatability, "
         "geometry and temperature come on top."
     )
+    promise, headline = plan.assessment.promise, rho0
+    if promise is not None and promise.rho0 != rho0:
+        headline = promise.rho0
+        meaning += (
+            " It is what is promised: errors of loads, friction and what no model explains count "
+            f"in the readings; without them ρ₀ would be {length(rho0)}."
+        )
     return Verdict(
         work,
-        length_and_unit(rho0),
+        length_and_unit(headline),
+        headline != rho0,
         meaning,
         tuple(_tiles(plan, random)),
         tuple(proof(plan.certificate)),
@@ -133,8 +143,8 @@ def _tiles(plan: Plan, random: Array | None) -> list[Tile]:
     tiles = []
     promise = plan.assessment.promise
     if promise is not None and promise.rho0 != rho0:
-        meaning = "With friction, discrepancy and errors of the loads in the readings."
-        tiles.append(Tile("Promised", length(promise.rho0), meaning))
+        meaning = "Without errors of load cases; bound and efficiency speak of it."
+        tiles.append(Tile("ρ₀", length(rho0), meaning))
     if bound is not None:
         meaning = f"No plan with {counted(m, 'experiment')} can do better."
         tiles.append(Tile("Lower bound", length(bound), meaning))

@@ -101,15 +101,16 @@ def _steps(contents: Contents) -> Iterator[Step]:
 
 
 def _planned(plan: Plan) -> Step:
-    """ρ0 of the plan."""
-    efficiency = plan.certificate.efficiency
-    said = (
-        f"expected position error ρ₀ after compensation{only(plan)}, from "
-        f"{counted(plan.count, 'experiment')}"
-    )
+    """What the plan promises: ρ0, or more where errors of load cases count."""
+    efficiency, rho0 = plan.certificate.efficiency, plan.assessment.rho0
+    promised, promise = rho0, plan.assessment.promise
+    what = "expected position error ρ₀"
+    if promise is not None and promise.rho0 != rho0:
+        promised, what = promise.rho0, "promised position error"
+    said = f"{what} after compensation{only(plan)}, from {counted(plan.count, 'experiment')}"
     if np.isfinite(efficiency):
         said += f"; efficiency {percent(efficiency)}"
-    return Step("Planned", "verdict", length(plan.assessment.rho0), said + ".")
+    return Step("Planned", "verdict", length(promised), said + ".")
 
 
 def _identified(found: Identification) -> Step:
