@@ -102,7 +102,7 @@ def test_the_report_shows_it(folder: Path, tmp_path: Path) -> None:
     done("report", folder / "plan.json", "-o", tmp_path / "r.html")
     shown = flat(visible((tmp_path / "r.html").read_text("utf-8")))
     assert "Without nuisance the same plan would claim" in shown
-    assert "promised position error" in shown
+    assert "It is what is promised" in shown
     assert "0.3 of the stiffest joint: a slab on its bed" in shown
 
 
