@@ -77,17 +77,15 @@ def identify(
             f"the loss {how.loss} does not go with nuisance parameters; use squares, or leave the "
             "nuisance out"
         )
-    near, found = plain.model, plain
-    for _ in range(_SIZES):
-        whole = posed(arm, measurements, how, prior, known, nuisance, near)
-        found = _identified(whole, arm, measurements, how)
-        near = found.model
+    rough = posed(arm, measurements, how, prior, known, nuisance, plain.model).problem
+    # Errors that are shares of deflections: those of the linear model are as large.
+    unknown = solve_linear(rough, how.weigher).compliance
+    near = ComplianceModel(rough.arm.springs, compliances(rough, unknown)[0])
+    whole = posed(arm, measurements, how, prior, known, nuisance, near)
+    found = _identified(whole, arm, measurements, how)
     found = replace(found, alone=plain, nuisance=nuisance)
     model = replace(found.model, at_task=covariance_at_task(found), model_error=model_error(found))
     return replace(found, model=model)
-
-
-_SIZES = 2  # fits after which errors that are shares of deflections are settled
 
 
 def _identified(

@@ -82,6 +82,11 @@ class Measurements:
         freeze(self, "case", "marker", dtype=np.int64)
         unloaded = self.unloaded if len(self.unloaded) else np.arange(len(self.case))
         freeze(self, unloaded=unloaded, dtype=np.int64)
+        if self.unloaded.shape != self.case.shape:
+            raise InputError(
+                f"measurements of {len(self.case)} readings need as many numbers of unloaded "
+                f"readings, or none; found {len(self.unloaded)}"
+            )
         freeze(self, "deflection", "covariance")
         case, marker = self.case, self.marker
         deflection, covariance = self.deflection, self.covariance
