@@ -12,6 +12,7 @@ import numpy as np
 
 from elastocal.arrays import Array, frozen
 from elastocal.fitting.goodness import quantile
+from elastocal.fitting.least_squares import column_norms, inverse_root
 from elastocal.fitting.mixed import Rows, Spread, condensed, estimate
 
 FEW = 3
@@ -54,18 +55,26 @@ def _sizes(rows: Rows) -> tuple[Array, Array, Array, Array]:
     count = max(int((rows.own > 0.0).sum()) + rows.rest_dof, 1)
     middle = 0.5 * np.log(max((float(left.sum()) + rows.rest) / count, 1e-12))
     scales = np.exp(middle + np.linspace(-_SPAN, _SPAN, _POINTS))
-    chance = np.empty(_POINTS)
-    means, errors = np.empty((_POINTS, rows.rows.shape[1])), np.empty((_POINTS, rows.rows.shape[1]))
-    for k, s in enumerate(scales.tolist()):
-        weight = rows.weight(s**2)
-        means[k], covariance = estimate(rows, s**2)
-        errors[k] = np.sqrt(np.diagonal(covariance))
-        residual = rows.values - rows.rows @ means[k]
-        square = float(np.sum(weight * residual**2)) + rows.rest / s**2
-        scaled = covariance / np.outer(errors[k], errors[k])
-        volume = float(np.linalg.slogdet(scaled)[1]) + 2.0 * float(np.log(errors[k]).sum())
-        flat = float(np.log(weight).sum()) - 2.0 * rows.rest_dof * np.log(s)
-        chance[k] = 0.5 * (flat + volume - square) + np.log(s)
+    p = rows.rows.shape[1]
+    weight = 1.0 / (scales[:, None] ** 2 * rows.own + rows.absolute)  # (K, R)
+    root = np.sqrt(weight)[..., None]
+    norms = column_norms(rows.rows * root)
+    both = np.concatenate(
+        [
+            rows.rows * root / norms[:, None],
+            np.broadcast_to(rows.values[:, None], root.shape) * root,
+        ],
+        axis=2,
+    )
+    triangle = np.asarray(np.linalg.qr(both, mode="r"))
+    inverse = inverse_root(triangle[:, :p, :p]) / norms[..., None]
+    means = np.einsum("kij,kj->ki", inverse, triangle[:, :p, p])
+    errors = np.sqrt(np.einsum("kij,kij->ki", inverse, inverse))
+    residual = rows.values - means @ rows.rows.T
+    square = np.sum(weight * residual**2, axis=1) + rows.rest / scales**2
+    volume = 2.0 * np.log(np.abs(np.einsum("kii->ki", inverse))).sum(axis=1)
+    flat = np.log(weight).sum(axis=1) - 2.0 * rows.rest_dof * np.log(scales)
+    chance = 0.5 * (flat + volume - square) + np.log(scales)
     share = np.exp(chance - chance.max())
     return scales, share / share.sum(), means, errors
 
