@@ -19,6 +19,7 @@ from elastocal.elastic.springs import VirtualJoints
 from elastocal.errors import Code, Doubt
 from elastocal.matrices import rank_of, scaled_inverse
 from elastocal.motion.margins import Vias, motion_violations
+from elastocal.planning.loss import AfterLoss, loss_of
 from elastocal.planning.promise import Promise, promise
 from elastocal.robot.joint_kinds import PRISMATIC, REVOLUTE
 from elastocal.robot.posture import Posture
@@ -73,6 +74,7 @@ class Assessment:
         violations: Every broken constraint and every load that is not allowed.
         promise: What is promised when all nuisance counts; None if the study knows none. Of it ρ0
             and what else is above count the unknowns, and not the errors of load cases.
+        loss: What is left without the configuration that is missed most; None if not asked for.
     """
 
     rho0: float
@@ -85,6 +87,7 @@ class Assessment:
     nearest: tuple[Nearest, ...]
     violations: tuple[Doubt, ...]
     promise: Promise | None = None
+    loss: AfterLoss | None = None
 
     @property
     def identifiable(self) -> bool:
@@ -126,6 +129,7 @@ def assess(study: Study, cases: LoadCases, repeats: IntArray) -> Assessment:
         nearest=nearest,
         violations=violations,
         promise=promise(study, cases, repeats, total),
+        loss=loss_of(study, cases, repeats, informations, total) if regular else None,
     )
 
 

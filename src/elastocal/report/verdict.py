@@ -169,6 +169,14 @@ def _tiles(plan: Plan, random: Array | None) -> list[Tile]:
         else:
             meaning = "More than half of all random plans cannot tell the compliances apart."
             tiles.append(Tile("Against random", "∞", meaning))
+    loss = plan.assessment.loss
+    if loss is not None and np.isfinite(rho0):
+        meaning = f"ρ₀ without configuration {loss.load_case}, which is missed most"
+        if np.isfinite(loss.rho0):
+            meaning += f": {number(loss.rho0 / rho0, 2)} times as much."
+        else:
+            meaning += ": the rest does not tell the compliances apart."
+        tiles.append(Tile("After a loss", length(loss.rho0), meaning))
     return tiles
 
 

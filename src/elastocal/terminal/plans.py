@@ -33,6 +33,7 @@ from elastocal.wording.plans import (
     NOT_TRIED,
     floor_sentence,
     freedom,
+    loss_sentence,
     missed,
     only_of,
     searched,
@@ -81,6 +82,8 @@ def show_plan(plan: Plan) -> None:
         worth.rho0, worth.promise, made_for_it=is_for_promise(plan.study)
     ):
         out.print(Text(sentence))
+    if worth.loss is not None:
+        out.print(Text(loss_sentence(worth.loss.load_case, worth.loss.rho0, worth.rho0)))
     for doubt in plan.doubts:
         out.print(Text(told(doubt, ended(worded(doubt))), style="yellow"))
     if plan.criterion != RHO0.name:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from elastocal.errors import Code, Doubt
 from elastocal.wording.lists import counted, experiments, listed
-from elastocal.wording.numbers import described, short
+from elastocal.wording.numbers import described, length, number, short
 
 
 def _load(doubt: Doubt, *keys: str) -> str:
@@ -114,6 +115,14 @@ def missed(share: float) -> str:
 
 NOT_TRIED = "the search was stopped before its bound had been tried from fresh starts"
 """Why a plan that was stopped has no certificate."""
+
+
+def loss_sentence(load_case: int, rho0: float, whole: float) -> str:
+    """What is left of a plan without the configuration that is missed most."""
+    lost = f"If configuration {load_case} is lost, to a bump or a beam that broke unseen, "
+    if not math.isfinite(rho0):
+        return f"{lost}the rest does not tell the compliances apart."
+    return f"{lost}ρ0 is {length(rho0)}, {number(rho0 / whole, 2)} times as much."
 
 
 def searches_sentence(searches: int, apart: float) -> str:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from elastocal.files.doubt_entries import doubt_entries
 from elastocal.files.plans.covariance_section import covariance_section
 from elastocal.files.plans.path_entries import path_entries
@@ -45,6 +47,12 @@ def evaluation_document(
         "standard_error": worth.standard_error.tolist(),
         "covariance": covariance_section(study.fitted, worth.covariance),
         **promise_section(study, worth.promise),
+        "after_a_loss": None
+        if worth.loss is None
+        else {
+            "configuration": worth.loss.load_case,
+            "rho0_mm": 1e3 * worth.loss.rho0 if np.isfinite(worth.loss.rho0) else None,
+        },
         "seen": None if view is None else dict(zip(view.markers, view.seen.tolist(), strict=True)),
         "accepted": evaluation.accepted,
         "objections": [worded(doubt) for doubt in doubts],
