@@ -77,9 +77,10 @@ def test_init_writes_a_study_that_check_accepts(tmp_path: Path) -> None:
     study = tmp_path / "study.yaml"
     assert run("init", study).exit_code == 0
     assert study.read_text(encoding="utf-8").count("#") > 5
+    assert "\nnuisance: typical " in study.read_text(encoding="utf-8")
     shown = run("check", study)
     assert shown.exit_code == 0
-    for words in ("kuka-kr270", "A6", "0 0 -2500", "milling", "Identifiable", "32.8 %"):
+    for words in ("kuka-kr270", "A6", "0 0 -2500", "milling", "Identifiable", "32.8 %", "tilt A3"):
         assert words in shown.stdout
 
 

@@ -34,11 +34,24 @@ def init_command(
     from elastocal.files.texts import read_text
     from elastocal.writing import write_text
 
-    text = read_text(demo_file("study.yaml"))
+    text = _with_nuisance(read_text(demo_file("study.yaml")))
     writable(path)
     replaceable(path, "study", force=force, text=text)
     write_text(path, text)
     print(f"wrote {path}: edit it, then run 'elastocal check {path}'")
+
+
+def _with_nuisance(text: str) -> str:
+    """The study of the paper, which knows none, with what every arm has besides."""
+    place = "\nconstraints:"
+    assert text.count(place) == 1
+    return text.replace(place, f"\n{_NUISANCE}{place}")
+
+
+_NUISANCE = """\
+nuisance: typical                     # foot, bearings, links, bracket, friction, errors of loads:
+                                      # usual sizes, scaled with the joints; none leaves them out
+"""
 
 
 @app.command("check")
