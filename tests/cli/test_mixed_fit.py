@@ -102,3 +102,41 @@ def test_an_edited_interval_of_a_mixed_fit_is_refused(folder: Path) -> None:
     read_model(folder / "model.json", robot)
     with pytest.raises(ModelFileError, match="A2"):
         read_model(folder / "edited.json", robot)
+
+
+def test_the_model_is_known_to_a_second_campaign(folder: Path) -> None:
+    """Springs made of fewer unknowns are known with their tie, and are no nuisance any more."""
+    second = STUDY.replace("[A1, A2, A3, A4, A5, A6]", "[A1]").replace(
+        "max_force_N: 2500, direction: free, count: 24",
+        "force_N: [0, 1000, 0], count: 4, max_configurations: 2",
+    )
+    (folder / "second.yaml").write_text(second)
+    first = json.loads((folder / "model.json").read_text())
+    unit = "rad/(N·m)"
+    truth = {name: {"value": 1e-6 * (i + 1), "unit": unit} for i, name in enumerate(EVERY)}
+    (folder / "truth.json").write_text(json.dumps({"compliance": truth}))
+    known = "--known", "model.json"
+    run(folder, "plan", "second.yaml", *known, "--seconds", "2", "-o", "plan.json")
+    run(folder, "simulate", "second.yaml", "plan.json", "--truth", "truth.json", "-o", "side.csv")
+    told = run(folder, "identify", "second.yaml", "side.csv", *known, "-o", "both.json")
+    assert "load gain" in told
+    found = json.loads((folder / "both.json").read_text())["compliance"]
+    assert set(found) == set(first["compliance"])
+    tied = [found[f"tilt A5 about {axis}"]["value"] for axis in "xy"]
+    assert tied[0] == pytest.approx(tied[1], rel=0.02, abs=1e-9)
+    run(folder, "validate", "second.yaml", "both.json", "side.csv", *known)
+
+
+def test_errors_of_load_cases_alone(folder: Path, tmp_path: Path) -> None:
+    """A nuisance without springs has nothing to fit along, and weighs the readings all the same."""
+    bare = STUDY.replace("nuisance: typical", "nuisance: {friction: .08}")
+    (folder / "bare.yaml").write_text(bare)
+    told = run(folder, "identify", "bare.yaml", "readings.csv", "-o", str(tmp_path / "model.json"))
+    assert "fitted along" not in told
+    study = read_study(folder / "bare.yaml")
+    data = read_measurements(folder / "readings.csv", study)
+    found = identify(study.arm, data, nuisance=study.nuisance)
+    assert found.nuisance is not None
+    assert found.alone is not None
+    assert (found.standard_error > found.alone.standard_error).all()
+    assert "Left out, predicted" in html(Contents(identification=found))

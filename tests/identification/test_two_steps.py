@@ -10,7 +10,6 @@ import pytest
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.regressor import regressor
 from elastocal.elastic.springs import subset
-from elastocal.errors import InputError
 from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
 from elastocal.identification.result import Identification
@@ -144,9 +143,18 @@ def test_validation_of_the_second_step_knows_the_first() -> None:
     assert 0.01 < validate(arm(("A1",)), found.model, kept).p_value < 0.99
 
 
-def test_a_known_combination_without_error_is_refused() -> None:
-    first, data = steps()
+def test_a_known_combination_without_error_is_held() -> None:
+    """All known compliances by one unknown: the dense fit has two unknowns, A1 and that one."""
+    first, data = steps(14)
     error = first.standard_error
-    tied = replace(first.model, covariance=np.outer(error, error), source="first.json")
-    with pytest.raises(InputError, match=r"first\.json: its covariance is singular"):
-        identify(arm(("A1",)), data, known=tied)
+    tied = replace(first.model, covariance=np.outer(error, error))
+    found = identify(arm(("A1",)), data, LINEAR, known=tied)
+    rows = regressor(arm(EVERY), data.cases).reshape(-1, 6) / SIGMA
+    scale = 1e-6
+    both = np.column_stack([scale * rows[:, 0], rows[:, 1:] @ error])
+    values = data.deflection.ravel() / SIGMA - rows[:, 1:] @ first.compliance
+    information = both.T @ both + np.diag([0.0, 1.0])
+    expected = scale * np.linalg.solve(information, both.T @ values)[0]
+    deviation = scale * np.sqrt(np.linalg.inv(information)[0, 0])
+    assert abs(found.compliance[0] - expected) < 0.01 * deviation
+    assert found.standard_error[0] == pytest.approx(deviation, rel=2e-3)

@@ -90,6 +90,7 @@ class ComplianceModel:
 
 
 _TIED = 1e-12  # eigenvalue of a correlation matrix at which a combination counts as exact
+_NEARLY = 1e-4  # eigenvalue that it gets instead: 1 % of a standard error
 _ELSEWHERE = 1e-6  # distance [m] and sine of an angle that make another spring
 
 
@@ -101,8 +102,9 @@ def rows_of(model: ComplianceModel, shared: Sequence[str], names: Sequence[str])
         shared: The E of its springs that count, none of them known exactly.
         names: The p springs that are fitted.
 
-    Raises:
-        InputError: the model knows a combination of its springs exactly.
+    Springs that are made of fewer unknowns, as two of a bearing that tilts alike in every
+    direction, have combinations without uncertainty. Such a one counts as known to 1 % of the
+    standard errors: enough to hold, and the rows stay finite.
 
     Source: RᵀR of the rows R is the inverse covariance.
     """
@@ -113,13 +115,11 @@ def rows_of(model: ComplianceModel, shared: Sequence[str], names: Sequence[str])
     covariance = model.covariance[np.ix_(index, index)]
     scale = np.sqrt(np.diagonal(covariance))
     correlation = covariance / np.outer(scale, scale)
-    if np.linalg.eigvalsh(correlation)[0] < _TIED:
-        raise InputError(
-            f"{model.source or 'the model'}: its covariance is singular, a combination of "
-            f"{', '.join(shared)} has no uncertainty at all; give standard errors alone, or a "
-            "covariance of full rank"
-        )
-    root = np.linalg.inv(np.linalg.cholesky(correlation)) / scale
+    size, axes = np.linalg.eigh(correlation)
+    if size[0] < _TIED:
+        root = (axes / np.sqrt(np.where(size < _TIED, _NEARLY, size))).T / scale
+    else:
+        root = np.linalg.inv(np.linalg.cholesky(correlation)) / scale
     rows[:, [names.index(name) for name in shared]] = root
     return rows
 

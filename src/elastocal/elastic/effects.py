@@ -7,7 +7,7 @@ axis: foot, tilt of a joint and tool say where they are.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import reduce
 from typing import NamedTuple
 
@@ -17,6 +17,7 @@ from elastocal.arrays import Array, BoolArray, freeze
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.long_links import long_links
+from elastocal.elastic.nuisance import Nuisance
 from elastocal.elastic.regressor import regressor
 from elastocal.elastic.springs import VirtualJoints, joint_springs, subset
 from elastocal.elastic.unknowns import Unknowns, each_spring, joined
@@ -98,17 +99,36 @@ def besides(robot: Robot, effects: Effects, springs: VirtualJoints) -> Effects:
     An effect that is identified is no nuisance: its columns are combinations of theirs in every
     configuration, as far as random ones and random loads tell.
     """
-    there = _columns(robot, each_spring(springs))
-    columns = _columns(robot, effects.unknowns)
-    left = columns - there @ np.linalg.lstsq(there, columns, rcond=None)[0]
-    size, rest = (np.linalg.norm(table, axis=0) for table in (columns, left))
-    kept = np.flatnonzero(rest > _COMBINED * size).tolist()
+    kept = _others(robot, effects.unknowns, springs)
     return Effects(
         _part(effects.unknowns, kept, [effects.unknowns.names[u] for u in kept]),
         effects.deviation[kept],
         effects.signed[kept],
         tuple(effects.source[u] for u in kept),
     )
+
+
+def without(robot: Robot, nuisance: Nuisance, springs: VirtualJoints) -> Nuisance:
+    """The nuisance without what some of `springs` already are, as those of an earlier campaign."""
+    kept = _others(robot, nuisance.unknowns, springs)
+    if len(kept) == len(nuisance.unknowns):
+        return nuisance
+    return replace(
+        nuisance,
+        unknowns=_part(nuisance.unknowns, kept, [nuisance.names[u] for u in kept]),
+        mean=nuisance.mean[kept],
+        deviation=nuisance.deviation[kept],
+        signed=nuisance.signed[kept],
+        source=tuple(nuisance.source[u] for u in kept),
+    )
+
+
+def _others(robot: Robot, unknowns: Unknowns, springs: VirtualJoints) -> list[int]:
+    """Positions of the unknowns that no combination of `springs` is."""
+    there, columns = _columns(robot, each_spring(springs)), _columns(robot, unknowns)
+    left = columns - there @ np.linalg.lstsq(there, columns, rcond=None)[0]
+    size, rest = (np.linalg.norm(table, axis=0) for table in (columns, left))
+    return np.flatnonzero(rest > _COMBINED * size).tolist()
 
 
 def _effect(robot: Robot, name: str, size: Size) -> Effects:

@@ -44,7 +44,8 @@ def _made(found: Identification) -> Array:
     """(c, s + u) compliances for one of each unknown that is a spring, or makes springs."""
     names, nuisance = found.model.names, found.nuisance
     assert nuisance is not None
-    own = found.fitted[: found.fitted.index(nuisance.names[0])] if nuisance.names else ()
+    assert found.alone is not None
+    own = found.alone.fitted
     made = np.zeros((len(names), len(own) + len(nuisance.names)))
     made[[names.index(n) for n in own], range(len(own))] = 1.0
     rows = [names.index(n) for n in nuisance.unknowns.springs.names]

@@ -7,6 +7,7 @@ regressor of the paper is there by name.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +15,7 @@ import numpy as np
 from elastocal.arrays import Array, frozen
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.compliance_model import ComplianceModel
+from elastocal.elastic.effects import without
 from elastocal.elastic.nuisance import Nuisance
 from elastocal.errors import IdentifiabilityError, InputError
 from elastocal.fitting.goodness import LackOfFit, lack_of_fit
@@ -61,6 +63,7 @@ def identify(
             known and what is read; those without are held.
         nuisance: What moves the readings besides, with its priors. It is fitted along, nothing
             that cannot be is below zero then, and the fit without it is made as well: `alone`.
+            What of it is in `known` is known from there.
 
     Raises:
         IdentifiabilityError: the data cannot tell some compliances apart; names them.
@@ -77,6 +80,8 @@ def identify(
             f"the loss {how.loss} does not go with nuisance parameters; use squares, or leave the "
             "nuisance out"
         )
+    if known is not None:
+        nuisance = without(arm.robot, nuisance, plain.model.springs)
     rough = posed(arm, measurements, how, prior, known, nuisance, plain.model).problem
     # Errors that are shares of deflections: those of the linear model are as large.
     unknown = solve_linear(rough, how.weigher).compliance
@@ -94,7 +99,9 @@ def _identified(
     """The fit of a problem, with all that is asked of it."""
     problem, names = whole.problem, arm.springs.names
     linear = solve_linear(problem, how.weigher)
-    doubts = [group.doubt(whole.names) for group in confounded(linear.fit.of(0).information)]
+    wanted = [whole.names.index(name) for name in names]
+    information = _in_like_units(linear.fit.of(0).information, wanted)
+    doubts = [group.doubt(whole.names) for group in confounded(information)]
     if doubts:
         raise IdentifiabilityError(left_open(doubts, measurements.source)).with_doubts(*doubts)
     problem, found = _at_rest(problem, how, linear)
@@ -111,7 +118,6 @@ def _identified(
         by_noise=over_all(problem, spread.by_noise),
         noise=scale if how.estimates_sigma else 1.0,
     )
-    wanted = [whole.names.index(name) for name in names]
     left_out = left_out_of(measurements, problem, found, wanted, triangle, variance)
     held = tuple(n for n, h in zip(whole.names, found.fit.held, strict=True) if h)
     return Identification(
@@ -143,6 +149,18 @@ def _identified(
         measurements=measurements,
         arm=problem.arm,
     )
+
+
+def _in_like_units(information: Array, wanted: Sequence[int]) -> Array:
+    """Information (u, u) in which what has a prior is as large as the largest that is wanted.
+
+    Whether something is seen is judged beside the largest, and a gain has no unit to be judged by.
+    """
+    size = np.sqrt(np.diagonal(information))
+    most = float(size[wanted].max()) or 1.0
+    scale = np.where(size > 0.0, most / np.where(size > 0.0, size, 1.0), 1.0)
+    scale[wanted] = 1.0
+    return np.asarray(information * np.outer(scale, scale))
 
 
 def _lack_of_fit(

@@ -51,10 +51,10 @@ def in_short(found: Identification) -> tuple[str, ...]:
 def nuisance_found(found: Identification) -> tuple[NuisanceFound, ...]:
     """All of them, in the order of the fit; nothing if there was no nuisance."""
     nuisance = found.nuisance
-    if nuisance is None:
+    if nuisance is None or found.alone is None:
         return ()
     errors = np.sqrt(np.diagonal(found.unknown_covariance))
-    before = len(found.fitted) - len(found.fitted[found.fitted.index(nuisance.names[0]) :])
+    before = len(found.alone.fitted)
     units = [kind.compliance for kind in nuisance.unknowns.kinds]
     told = []
     for i in range(before, len(found.fitted)):

@@ -13,8 +13,9 @@ import numpy as np
 from elastocal.arrays import unset
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.compliance_model import ComplianceModel, refuse_other_springs
+from elastocal.elastic.effects import without
 from elastocal.elastic.nuisance import Nuisance
-from elastocal.elastic.springs import subset
+from elastocal.elastic.springs import merged, subset
 from elastocal.elastic.unknowns import Unknowns
 from elastocal.errors import InputError
 from elastocal.study.known import Known
@@ -25,12 +26,12 @@ from elastocal.study.test_path import TestPath, test_path
 def with_known(study: Study, known: Known | None) -> Study:
     """The study that knows what an earlier campaign found, in place of what it knew of others.
 
-    Springs that the study itself identifies are not taken from it.
+    Springs that the study itself identifies are not taken from it; what of its nuisance is known
+    is no nuisance any more.
 
     Raises:
         InputError: nothing is known but what the study identifies; a test pose is a matrix, which
-            has no columns for the known springs; the covariance of what is known is singular;
-            the plan that is known is also the prior.
+            has no columns for the known springs; the plan that is known is also the prior.
 
     Source: ours; the information of wanted and known springs adds up over load cases.
     """
@@ -42,7 +43,10 @@ def with_known(study: Study, known: Known | None) -> Study:
         left_out = tuple(n for n in known.model.names if n not in others) or known.left_out
         known = replace(known, model=_part(known.model, others), left_out=left_out)
         _refuse_twice(study, known)
-    return _beside(study, known, study.nuisance)
+    nuisance = study.nuisance
+    if known is not None and nuisance is not None:
+        nuisance = without(study.robot, nuisance, merged(study.springs, known.model.springs))
+    return _beside(study, known, nuisance)
 
 
 def with_nuisance(study: Study, nuisance: Nuisance | None) -> Study:

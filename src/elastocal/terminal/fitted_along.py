@@ -25,7 +25,8 @@ def show_fitted_along(found: Identification) -> None:
         left = column in ("nuisance", "unit")
         table.add_column(column, justify="left" if left else "right", no_wrap=True)
     table.add_column(f"{-_MOST:g} … {_MOST:g}", no_wrap=True)
-    for one in nuisance_found(found):
+    told = nuisance_found(found)
+    for one in told:
         scale, unit = (1e9, f"n{one.unit}") if one.unit else (1.0, "uncertainties")
         table.add_row(
             Text(one.name),
@@ -35,7 +36,8 @@ def show_fitted_along(found: Identification) -> None:
             unit,
             _drawn(one),
         )
-    whole(table)
+    if told:
+        whole(table)
     if found.alone is None:
         return
     seen, promised = left_out_error(found)

@@ -21,7 +21,7 @@ _MOST = 8.0
 def expected_chart(found: Sequence[NuisanceFound], width: float) -> Markup:
     """Estimates with their standard errors, zero in the middle, the priors as a band."""
     names = [cut(one.name, 18) for one in found]
-    left = 16.0 + max(width_of(name) for name in names)
+    left = 16.0 + max((width_of(name) for name in names), default=0.0)
     items = [("dot", "found"), ("bar", "± standard error"), ("band", "expected")]
     top = 10.0 + legend_height(items, 4.0, width)
     ends = [abs(v) + e for v, e in (one.relative for one in found)]
