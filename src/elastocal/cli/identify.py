@@ -120,6 +120,7 @@ def validate_command(
     from elastocal.files.models.identification_section import validation_document
     from elastocal.files.models.model_file import read_model
     from elastocal.files.models.provenance_section import made_from, made_with
+    from elastocal.files.models.reading_marks import without_used
     from elastocal.files.study.study_file import read_study
     from elastocal.identification.validation import leave_one_out, validate
 
@@ -135,7 +136,7 @@ def validate_command(
         again = refit(study, data, fit_of(model), model, prior, known_model(None, study))
         validation = leave_one_out(again, confidence=confidence)
     else:
-        data = kept_aside(data)
+        data = without_used(kept_aside(data), model)
         given = read_model(model, study.robot)
         note_measurements(model, data)
         before = identified_cases(model, study.robot)

@@ -28,6 +28,7 @@ from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InputError
 from elastocal.files.measurements.suspicious import kept_aside
 from elastocal.files.models.provenance_section import made_from
+from elastocal.files.models.reading_marks import without_used
 from elastocal.files.paths.path_file import read_path
 from elastocal.fitting.goodness import quantile
 from elastocal.identification.fit import Fit
@@ -139,6 +140,7 @@ def _validated(
                 f"{files.validation[0]}: these are the measurements {files.model} was made from; "
                 "name them with --measurements, then every experiment is left out in turn"
             )
+        kept = without_used(kept, files.model)
         note_measurements(files.model, kept)
     before = fitted.measurements.cases if fitted else identified_cases(files.model, study.robot)
     errors = errors_of(study) if fit_of(files.model).fitted == "mixed" else None

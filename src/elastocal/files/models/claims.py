@@ -36,6 +36,7 @@ class ProvenanceFile(OpenSection):
     measurements: OriginFile | None = None
     models: list[OriginFile] | None = None
     readings: list[str] | None = None
+    marks: list[str] | None = None
 
     def contradiction(self) -> str:
         """The measurements are among the readings: of one file both have the same hash."""

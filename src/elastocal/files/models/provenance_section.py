@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from elastocal.files.models.model_file import model_sections, readings_in
+from elastocal.files.models.reading_marks import reading_marks
 from elastocal.files.plans.plan_file import study_hash
 from elastocal.files.texts import file_hash
 from elastocal.measuring.measurements import Measurements
@@ -28,6 +29,7 @@ def provenance_section(study: Study, data: Measurements, prior: Path | None) -> 
         "measurements": {"name": data.source, "sha256": data.sha256},
         "models": _models(prior, study.known),
         "readings": sorted({*data.readings, *before}),
+        "marks": reading_marks(data),
     }
 
 
