@@ -288,3 +288,20 @@ def test_validation_counts_what_readings_share() -> None:
     assert found.chi_square == pytest.approx(after @ np.linalg.solve(whole, after), rel=1e-3)
     np.testing.assert_allclose(found.deviation.ravel() ** 2, np.diagonal(whole), rtol=1e-3)
     assert validate(arm, model, other).chi_square > 1.5 * found.chi_square
+
+
+def test_a_prior_that_fitted_the_same_nuisance_is_the_prior_of_both() -> None:
+    """Two campaigns one after the other know as much as both at once, not more."""
+    arm, data = campaign(np.append(TRUTH, [1e-4, 2e-4, 2e-4, 1e-5]))
+    early = np.arange(9) < 4  # load cases of their own, before and after
+    whole = identify(arm, data, LINEAR, nuisance=nuisance())
+    first = identify(arm, chosen(data, early), LINEAR, nuisance=nuisance())
+    then = identify(arm, chosen(data, ~early), LINEAR, prior=first.model, nuisance=nuisance())
+    np.testing.assert_allclose(
+        then.unknown_covariance, whole.unknown_covariance, rtol=1e-6, atol=1e-18
+    )
+    assert not first.held
+    assert not whole.held
+    assert not then.held
+    np.testing.assert_allclose(then.unknown, whole.unknown, rtol=1e-6)
+    assert then.dof == 3 * 10

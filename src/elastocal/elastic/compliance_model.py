@@ -94,6 +94,23 @@ _NEARLY = 1e-4  # eigenvalue that it gets instead: 1 % of a standard error
 _ELSEWHERE = 1e-6  # distance [m] and sine of an angle that make another spring
 
 
+def unit_rows(covariance: Array) -> Array:
+    """(p, p) rows over p unknowns that say with unit noise what has this covariance (p, p).
+
+    Springs that are made of fewer unknowns, as two of a bearing that tilts alike in every
+    direction, have combinations without uncertainty. Such a one counts as known to 1 % of the
+    standard errors: enough to hold, and the rows stay finite.
+
+    Source: RᵀR of the rows R is the inverse covariance.
+    """
+    scale = np.sqrt(np.diagonal(covariance))
+    correlation = covariance / np.outer(scale, scale)
+    size, axes = np.linalg.eigh(correlation)
+    if size[0] < _TIED:
+        return np.asarray((axes / np.sqrt(np.where(size < _TIED, _NEARLY, size))).T / scale)
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(correlation)) / scale)
+
+
 def rows_of(model: ComplianceModel, shared: Sequence[str], names: Sequence[str]) -> Array:
     """(E, p) rows over the springs `names`: what a model knows of them, with unit noise.
 
@@ -102,24 +119,13 @@ def rows_of(model: ComplianceModel, shared: Sequence[str], names: Sequence[str])
         shared: The E of its springs that count, none of them known exactly.
         names: The p springs that are fitted.
 
-    Springs that are made of fewer unknowns, as two of a bearing that tilts alike in every
-    direction, have combinations without uncertainty. Such a one counts as known to 1 % of the
-    standard errors: enough to hold, and the rows stay finite.
-
-    Source: RᵀR of the rows R is the inverse covariance.
+    Source: see `unit_rows`.
     """
     rows = np.zeros((len(shared), len(names)))
     if not shared:
         return rows
     index = [model.names.index(name) for name in shared]
-    covariance = model.covariance[np.ix_(index, index)]
-    scale = np.sqrt(np.diagonal(covariance))
-    correlation = covariance / np.outer(scale, scale)
-    size, axes = np.linalg.eigh(correlation)
-    if size[0] < _TIED:
-        root = (axes / np.sqrt(np.where(size < _TIED, _NEARLY, size))).T / scale
-    else:
-        root = np.linalg.inv(np.linalg.cholesky(correlation)) / scale
+    root = unit_rows(model.covariance[np.ix_(index, index)])
     rows[:, [names.index(name) for name in shared]] = root
     return rows
 

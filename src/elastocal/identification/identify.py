@@ -57,7 +57,8 @@ def identify(
         arm: Robot, springs to identify, gravity; its tool must be the measured one.
         measurements: R readings.
         how: How to fit; the default is weighted least squares on the nonlinear equilibrium.
-        prior: Estimates with covariance from before; those of springs not in `arm` do not count.
+        prior: Estimates with covariance from before; those of springs not in `arm` do not count,
+            but where they are the nuisance: then they are its prior, with all correlations.
         known: Compliances of further springs that bend but are not wanted, as after the first of
             two steps. Those with an uncertainty are fitted together with the others, from what is
             known and what is read; those without are held.
@@ -77,8 +78,8 @@ def identify(
         return replace(plain, model=replace(plain.model, model_error=model_error(plain)))
     if how.robust:
         raise InputError(
-            f"the loss {how.loss} does not go with nuisance parameters; use squares, or leave the "
-            "nuisance out"
+            f"the loss {how.loss} does not go with nuisance parameters; use squares, or fit the "
+            "joints alone (--fit joints)"
         )
     if known is not None:
         nuisance = without(arm.robot, nuisance, plain.model.springs)
