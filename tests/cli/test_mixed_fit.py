@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,13 +11,16 @@ import pytest
 from typer.testing import CliRunner
 
 from elastocal.cli import app
-from elastocal.errors import ModelFileError
+from elastocal.errors import IdentifiabilityError, ModelFileError
 from elastocal.files.measurements.measurement_file import read_measurements, write_measurements
 from elastocal.files.models.model_file import read_model
 from elastocal.files.study.study_file import read_study
+from elastocal.identification.doubts import doubts
+from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
 from elastocal.report import html
 from elastocal.report.contents import Contents
+from elastocal.wording import worded
 from tests.campaigns import NAMES, arm, measured, sideways
 
 STUDY = """\
@@ -140,3 +144,15 @@ def test_errors_of_load_cases_alone(folder: Path, tmp_path: Path) -> None:
     assert found.alone is not None
     assert (found.standard_error > found.alone.standard_error).all()
     assert "Left out, predicted" in html(Contents(identification=found))
+
+
+def test_what_is_judged_by_the_joints_alone_says_so(folder: Path) -> None:
+    """A sign that the mixed fit does not show is no riddle, nor a σ that is not found."""
+    study = read_study(folder / "study.yaml")
+    data = read_measurements(folder / "readings.csv", study)
+    wrong = replace(data, deflection=-data.deflection)
+    found = identify(study.arm, wrong, nuisance=study.nuisance)
+    (doubt,) = (d for d in doubts(found) if d.code == "all-negative")
+    assert worded(doubt).startswith("with the joints alone, all compliances are negative")
+    with pytest.raises(IdentifiabilityError, match="show the noise nowhere without the errors"):
+        identify(study.arm, data, Fit(sigma="estimated"), nuisance=study.nuisance)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -36,12 +37,10 @@ def doubts(found: Identification) -> tuple[Doubt, ...]:
     """
     alone = found.alone or found
     return (
-        *_signs(alone),
-        *_sizes(alone),
+        *_of_joints(found, (*_signs(alone), *_sizes(alone))),
         *_told_apart(found),
         *_noise(found),
-        *_explained(alone),
-        *_growing(alone),
+        *_of_joints(found, (*_explained(alone), *_growing(alone))),
         *_intervals(found),
         *_carried(found),
         *_correlated(found),
@@ -50,6 +49,13 @@ def doubts(found: Identification) -> tuple[Doubt, ...]:
         *_outlying(found),
         *_nonlinear(found),
     )
+
+
+def _of_joints(found: Identification, judged: tuple[Doubt, ...]) -> Iterator[Doubt]:
+    """Doubts of the fit of the joints alone, which is another one if there is nuisance."""
+    for doubt in judged:
+        other = found.alone is not None
+        yield replace(doubt, numbers={**doubt.numbers, "alone": 1.0}) if other else doubt
 
 
 def is_weak(doubt: Doubt) -> bool:

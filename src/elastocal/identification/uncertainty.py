@@ -43,7 +43,10 @@ def noise(how: Fit, problem: Problem, found: Solution, chi_square: float) -> tup
     if not how.estimates_sigma:
         return scale, 1.0
     if not np.isfinite(scale) or dof < 1:
-        doubt = Doubt("no-freedom", numbers={"readings": len(found.residual)})
+        numbers = {"readings": len(found.residual)}
+        if dof > 0 and problem.shared is not None and problem.shared.absolute.any():
+            numbers["among_errors"] = 1
+        doubt = Doubt("no-freedom", numbers=numbers)
         raise IdentifiabilityError(worded(doubt)).with_doubts(doubt)
     return scale, scale**2
 

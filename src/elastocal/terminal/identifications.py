@@ -92,13 +92,13 @@ def _noise(found: Identification) -> str:
         for size, unit in sizes
     )
     text = (
-        f"Residuals: {each}; "
+        f"Residuals: {each}"
         + (
-            f"noise {found.scale:.3g} times what σ promises{_of_kinds(found)} "
+            f"; noise {found.scale:.3g} times what σ promises{_of_kinds(found)}"
             if np.isfinite(found.scale)
             else ""
         )
-        + f"(χ² = {found.chi_square:.4g}, {found.dof} degrees of freedom)"
+        + f" (χ² = {found.chi_square:.4g}, {found.dof} degrees of freedom)"
     )
     lack = found.lack_of_fit
     if lack is not None and lack.fit_dof > 0:

@@ -51,6 +51,16 @@ def _readings(doubt: Doubt) -> str:
     return counted(int(doubt.numbers["readings"]), "reading")
 
 
+def _no_freedom(doubt: Doubt) -> str:
+    said = f"σ cannot be estimated: {_readings(doubt)}"
+    if "among_errors" not in doubt.numbers:
+        return f"{said} leave no degree of freedom; use a known σ, or measure more"
+    return (
+        f"{said} show the noise nowhere without the errors of load cases, which are in every "
+        "difference between them; use a known σ, leave these errors out, or fit the joints alone"
+    )
+
+
 SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     "not-seen": lambda doubt: (
         f"{doubt.about[0]}: no allowed experiment deflects a marker through this joint"
@@ -63,10 +73,7 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         f"by {described(doubt.numbers['by'], doubt.unit)}; relax it, or check the units and the "
         "joint limits"
     ),
-    "no-freedom": lambda doubt: (
-        f"σ cannot be estimated: {_readings(doubt)} leave no degree of freedom; use a known σ, or "
-        "measure more"
-    ),
+    "no-freedom": _no_freedom,
     "too-few-readings": lambda doubt: (
         f"{_readings(doubt)} {'gives' if doubt.numbers['readings'] == 1 else 'give'} "
         f"{3 * doubt.numbers['readings']} coordinates, "

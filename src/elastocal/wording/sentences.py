@@ -34,7 +34,8 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
 
 def worded(doubt: Doubt) -> str:
     """The sentence that says a doubt: no capital before it, no full stop behind it."""
-    return SENTENCES[doubt.code](doubt)
+    sentence = SENTENCES[doubt.code](doubt)
+    return f"with the joints alone, {sentence}" if "alone" in doubt.numbers else sentence
 
 
 def ended(sentence: str) -> str:
