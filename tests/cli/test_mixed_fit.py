@@ -14,6 +14,7 @@ from elastocal.cli import app
 from elastocal.errors import IdentifiabilityError, ModelFileError
 from elastocal.files.measurements.measurement_file import read_measurements, write_measurements
 from elastocal.files.models.model_file import read_model
+from elastocal.files.models.writing import write_model
 from elastocal.files.study.study_file import read_study
 from elastocal.identification.doubts import doubts
 from elastocal.identification.fit import Fit
@@ -156,3 +157,20 @@ def test_what_is_judged_by_the_joints_alone_says_so(folder: Path) -> None:
     assert worded(doubt).startswith("with the joints alone, all compliances are negative")
     with pytest.raises(IdentifiabilityError, match="show the noise nowhere without the errors"):
         identify(study.arm, data, Fit(sigma="estimated"), nuisance=study.nuisance)
+
+
+def test_a_coupling_below_zero_is_no_arm_that_moves_against_the_load(
+    folder: Path, tmp_path: Path
+) -> None:
+    """Springs of a tensor may be negative: the model is a truth, and corrects the right way."""
+    robot = read_study(folder / "study.yaml").robot
+    model = read_model(folder / "model.json", robot)
+    names = model.names
+    compliance = np.abs(model.compliance)
+    compliance[[names.index(f"tilt A2 about {end}") for end in ("x", "y", "between")]] = (
+        np.array([0.3, 0.2, -0.1]) * 1e-6
+    )
+    write_model(replace(model, compliance=compliance), tmp_path / "truth.json", robot)
+    truth, out = str(tmp_path / "truth.json"), str(tmp_path / "out.csv")
+    run(folder, "plan", "study.yaml", "--seconds", "1", "-o", "whole.json")
+    run(folder, "simulate", "study.yaml", "whole.json", "--truth", truth, "-o", out)

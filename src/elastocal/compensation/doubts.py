@@ -7,6 +7,7 @@ import numpy as np
 from elastocal.arrays import Array, BoolArray
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
+from elastocal.elastic.tensors import against_the_load
 from elastocal.errors import Doubt
 from elastocal.robot.chain import Robot
 from elastocal.robot.posture import jacobian
@@ -81,8 +82,7 @@ def _singular(lost: Array, after: Array) -> Doubt:
 def notes(arm: ElasticArm, compliance: Array, cases: LoadCases, rows: int) -> tuple[Doubt, ...]:
     """What is to be said of all N load cases: what is taken as rigid, what is not restored."""
     found = _rigid_but_loaded(arm, cases)
-    below = zip(arm.springs.names, compliance, strict=True)
-    if negative := tuple(name for name, value in below if value < 0.0):
+    if negative := against_the_load(arm.springs, compliance):
         found.append(Doubt("wrong-side", negative))
     if held := tuple(
         name for name, value in zip(arm.springs.names, compliance, strict=True) if value == 0.0

@@ -23,6 +23,7 @@ from elastocal.elastic.compliance_model import (
 )
 from elastocal.elastic.nuisance import Nuisance
 from elastocal.elastic.springs import VirtualJoints, merged, subset
+from elastocal.elastic.tensors import of_tensors
 from elastocal.errors import Doubt, IdentifiabilityError, InputError
 from elastocal.identification.fit import Fit
 from elastocal.identification.problem import Problem
@@ -99,7 +100,7 @@ def posed(
         covariance=data.covariance,
         extra_rows=rows,
         extra_values=values[None],
-        lower=np.zeros(len(fitted)) if how.nonnegative else unset(),
+        lower=_lower(springs, fitted) if how.nonnegative else unset(),
         known_noise=not how.estimates_sigma,
         source=data.source,
     )
@@ -134,9 +135,8 @@ def _with_nuisance(
     extra[: len(problem.extra_rows), :f] = problem.extra_rows
     extra[len(problem.extra_rows) :, f:] = np.diag(np.append(1.0 / nuisance.deviation, np.ones(e)))
     values = np.append(nuisance.mean / nuisance.deviation, np.zeros(e))
-    lower = np.concatenate(
-        [np.zeros(f), np.where(nuisance.signed, -np.inf, 0.0), np.full(e, -np.inf)]
-    )
+    least = _lower(problem.arm.springs, plain.springs)
+    lower = np.concatenate([least, np.where(nuisance.signed, -np.inf, 0.0), np.full(e, -np.inf)])
     of_case = shared_covariance(errors, arm, compliance, cases) if errors.any_shared else None
     of_one = own_covariance(errors, arm, compliance, cases) if errors.any_own else None
     whitener = noise_factors(data.covariance)[1]
@@ -191,6 +191,11 @@ def _from_before(
         )[None],
     )
     return replace(whole, problem=problem)
+
+
+def _lower(springs: VirtualJoints, fitted: Sequence[str]) -> Array:
+    """(f,) least compliances: zero, but where only the sum of several has a sign."""
+    return np.where(of_tensors(subset(springs, fitted)), -np.inf, 0.0)
 
 
 def _places(springs: VirtualJoints, names: Sequence[str]) -> list[int]:

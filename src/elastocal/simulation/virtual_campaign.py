@@ -16,6 +16,7 @@ from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.deflections import loaded_deflection, markers_at
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import deflection
+from elastocal.elastic.tensors import against_the_load
 from elastocal.errors import InputError
 from elastocal.measuring.instrument import Instrument
 from elastocal.measuring.measurements import Measurements
@@ -154,7 +155,7 @@ def virtual_readings(
     linear: bool,
 ) -> VirtualReadings:
     """True deflections of load cases and the covariance of their readings; see `simulate`."""
-    negative = [n for n, k in zip(truth.names, truth.compliance, strict=True) if k < 0.0]
+    negative = against_the_load(truth.springs, truth.compliance)
     if negative:
         raise InputError(
             f"the compliance of {negative[0]} is negative; a true one cannot be: no arm moves "
