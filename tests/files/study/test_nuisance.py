@@ -134,7 +134,10 @@ def test_masses_say_how_soft_joints_are() -> None:
         ("{tilt: {A3: 3}}", "tilt"),
         ("{load: {relative: 1 %}}", "expected a number"),
         ("{load: {process_force: mine}}", "same-cell"),
-        ("{discrepancy: {share: -.1}}", "0 or a positive number"),
+        ("{discrepancy: {share: -.1}}", "a share from 0 to 1"),
+        ("{friction: 8}", "a share from 0 to 1, found 8"),
+        ("{discrepancy: 8}", "a share from 0 to 1, found 8"),
+        ("{load: {relative: 5}}", "a share from 0 to 1, found 5"),
     ],
 )
 def test_what_is_wrong_is_said_with_its_line(section: str, words: str) -> None:

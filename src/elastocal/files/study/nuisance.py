@@ -29,7 +29,7 @@ from elastocal.elastic.springs import VirtualJoints
 from elastocal.elastic.typical import ERRORS, by_mass, by_rated_torque, foot_sliding, typical_sizes
 from elastocal.errors import InputError
 from elastocal.files.sections import After, Section, fresh
-from elastocal.files.values import Either, Name, NonNegative, Positive
+from elastocal.files.values import Either, Name, NonNegative, Positive, Share
 from elastocal.files.yaml_lines import at
 from elastocal.robot.chain import Robot
 from elastocal.robot.sources import USUAL
@@ -47,8 +47,8 @@ _SAID = "given in the study"
 class LoadErrorsFile(Section):
     """How well the loads are known."""
 
-    relative: NonNegative | None = None
-    common_relative: NonNegative | None = None
+    relative: Share | None = None
+    common_relative: Share | None = None
     tilt_deg: _Radians | None = None
     common_tilt_deg: _Radians | None = None
     process_force: Literal["same-cell", "exact", "other-cell"] = "same-cell"
@@ -57,7 +57,7 @@ class LoadErrorsFile(Section):
 class DiscrepancyFile(Section):
     """What no model explains."""
 
-    share: NonNegative = 0.0
+    share: Share = 0.0
     mm: _Metres = 0.0
 
 
@@ -74,8 +74,8 @@ class NuisanceFile(Section):
     tilt_nrad_per_Nm: dict[Name, _Nano] = fresh(dict)
     tool_sliding_um_per_N: _Micro | None = None
     load: LoadErrorsFile = fresh(dict)
-    friction: NonNegative | None = None
-    discrepancy: Either[NonNegative, DiscrepancyFile] | None = None
+    friction: Share | None = None
+    discrepancy: Either[Share, DiscrepancyFile] | None = None
     repeatability_mm: _Metres | None = None
 
 
