@@ -125,6 +125,8 @@ def test_the_model_is_known_to_a_second_campaign(folder: Path) -> None:
     run(folder, "simulate", "second.yaml", "plan.json", "--truth", "truth.json", "-o", "side.csv")
     told = run(folder, "identify", "second.yaml", "side.csv", *known, "-o", "both.json")
     assert "load gain" in told
+    assert "Left out one after the other with their repeats, experiments" in told
+    assert "with the joints alone, repeats kept, to" in told
     found = json.loads((folder / "both.json").read_text())["compliance"]
     assert set(found) == set(first["compliance"])
     tied = [found[f"tilt A5 about {axis}"]["value"] for axis in "xy"]

@@ -19,3 +19,13 @@ def left_out_error(found: Identification) -> tuple[float, float]:
         return float("nan"), float("nan")
     seen = np.sum(found.left_out[known] ** 2, axis=1)
     return float(np.sqrt(np.mean(seen))), float(np.sqrt(np.mean(expected[known])))
+
+
+def repeats_go_along(found: Identification) -> bool:
+    """Whether an experiment is left out with its repeats, as they share an error with it.
+
+    Without nuisance they stay, and say what the experiment reads: the two errors do not compare.
+    """
+    distinct, nuisance = found.measurements.cases.distinct, found.nuisance
+    shared = nuisance is not None and nuisance.errors.any_shared
+    return shared and len(np.unique(distinct)) < len(distinct)

@@ -6,7 +6,7 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from elastocal.identification.left_out_error import left_out_error
+from elastocal.identification.left_out_error import left_out_error, repeats_go_along
 from elastocal.identification.nuisance_found import NuisanceFound, nuisance_found
 from elastocal.identification.result import Identification
 from elastocal.terminal.console import micrometres, out, whole
@@ -42,11 +42,14 @@ def show_fitted_along(found: Identification) -> None:
         return
     seen, promised = left_out_error(found)
     alone, less = left_out_error(found.alone)
+    along, stay = (
+        (" with their repeats", ", repeats kept,") if repeats_go_along(found) else ("", "")
+    )
     out.print(
         Text(
-            f"Left out one after the other, experiments are predicted to {micrometres(seen)} (RMS; "
-            f"promised {micrometres(promised)}); with the joints alone to {micrometres(alone)} "
-            f"(promised {micrometres(less)})."
+            f"Left out one after the other{along}, experiments are predicted to "
+            f"{micrometres(seen)} (RMS; promised {micrometres(promised)}); with the joints alone"
+            f"{stay} to {micrometres(alone)} (promised {micrometres(less)})."
         )
     )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from elastocal.identification.left_out_error import left_out_error
+from elastocal.identification.left_out_error import left_out_error, repeats_go_along
 from elastocal.identification.nuisance_found import NuisanceFound, nuisance_found
 from elastocal.identification.result import Identification
 from elastocal.report.charts.expected import expected_chart
@@ -32,11 +32,12 @@ def nuisance_section(found: Identification) -> PageSection:
 
 def _tiles(found: Identification) -> list[Tile]:
     seen, promised = left_out_error(found)
+    along, stay = (" with their repeats", ", repeats kept") if repeats_go_along(found) else ("", "")
     tiles = [
         Tile(
             "Left out, predicted",
             small(seen, "m"),
-            f"Error of experiments left out one after the other (RMS); promised "
+            f"Error of experiments left out one after the other{along} (RMS); promised "
             f"{small(promised, 'm')}.",
         )
     ]
@@ -46,7 +47,7 @@ def _tiles(found: Identification) -> list[Tile]:
             Tile(
                 "With the joints alone",
                 small(alone, "m"),
-                f"The same without what was fitted along; promised {small(less, 'm')}.",
+                f"The same without what was fitted along{stay}; promised {small(less, 'm')}.",
             )
         )
     return tiles
