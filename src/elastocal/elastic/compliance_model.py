@@ -27,12 +27,10 @@ class ComplianceModel:
         covariance: (p, p) of the estimates; zero if not given: known exactly.
         dof: Degrees of freedom behind the covariance; infinite if σ was known.
         source: Where the values come from.
-        by_noise: (p, p) the part of the covariance that grows with the noise found; all of it if
-            not given and `dof` is finite. The rest is a prior's.
+        noise_part: (p, p) the part of the covariance that grows with the noise found; see
+            `by_noise`.
         noise: Noise found in the readings over that promised, 1 if it was known.
-        at_task: (p, p) covariance of what a task feels, whose force is measured as the campaign
-            says; the covariance if not given. What all loads of a campaign share cancels where one
-            cell measures them and the process force.
+        task_covariance: (p, p) covariance of what a task feels; see `at_task`.
         model_error: How far off predictions of left-out experiments were, if the noise does not
             explain it: root mean square of positions [m].
     """
@@ -42,18 +40,20 @@ class ComplianceModel:
     covariance: Array = field(default_factory=unset)
     dof: float = np.inf
     source: str = ""
-    by_noise: Array = field(default_factory=unset)
+    noise_part: Array = field(default_factory=unset)
     noise: float = 1.0
-    at_task: Array = field(default_factory=unset)
+    task_covariance: Array = field(default_factory=unset)
     model_error: float = 0.0
 
     def __post_init__(self) -> None:
         p = len(self.springs)
         covariance = self.covariance if np.size(self.covariance) else np.zeros((p, p))
-        by_noise = covariance if np.isfinite(self.dof) else np.zeros((p, p))
-        by_noise = self.by_noise if np.size(self.by_noise) else by_noise
-        at_task = self.at_task if np.size(self.at_task) else covariance
-        freeze(self, "compliance", covariance=covariance, by_noise=by_noise, at_task=at_task)
+        freeze(self, "compliance", "noise_part", "task_covariance", covariance=covariance)
+        for part in (self.noise_part, self.task_covariance):
+            if part.size and part.shape != (p, p):
+                raise InputError(
+                    f"a model of {p} springs has covariances of {p} x {p}, found {part.shape}"
+                )
         compliance, covariance = self.compliance, self.covariance
         if compliance.shape != (p,) or covariance.shape != (p, p):
             raise InputError(
@@ -67,6 +67,25 @@ class ComplianceModel:
     def names(self) -> tuple[str, ...]:
         """Names of the p springs."""
         return self.springs.names
+
+    @property
+    def by_noise(self) -> Array:
+        """(p, p) the part of the covariance that grows with the noise found; the rest is a prior's.
+
+        If nothing else is said, all of it where `dof` is finite, else nothing.
+        """
+        if self.noise_part.size:
+            return self.noise_part
+        return self.covariance if np.isfinite(self.dof) else np.zeros_like(self.covariance)
+
+    @property
+    def at_task(self) -> Array:
+        """(p, p) covariance of what a task feels, whose force is measured as the campaign says.
+
+        What all loads of a campaign share cancels where one cell measures them and the process
+        force. If nothing else is said, it is the covariance.
+        """
+        return self.task_covariance if self.task_covariance.size else self.covariance
 
     @property
     def standard_error(self) -> Array:
@@ -176,9 +195,9 @@ def merged_models(models: Sequence[ComplianceModel]) -> ComplianceModel:
             covariance=covariance[np.ix_(order, order)],
             dof=min(result.dof, other.dof),
             source=", ".join(s for s in (result.source, other.source) if s),
-            by_noise=by_noise[np.ix_(order, order)],
+            noise_part=by_noise[np.ix_(order, order)],
             noise=max(result.noise, other.noise),
-            at_task=at_task[np.ix_(order, order)],
+            task_covariance=at_task[np.ix_(order, order)],
             model_error=float(np.hypot(result.model_error, other.model_error)),
         )
     return result

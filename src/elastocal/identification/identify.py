@@ -90,7 +90,9 @@ def identify(
     whole = posed(arm, measurements, how, prior, known, nuisance, near)
     found = _identified(whole, arm, measurements, how)
     found = replace(found, alone=plain, nuisance=nuisance)
-    model = replace(found.model, at_task=covariance_at_task(found), model_error=model_error(found))
+    model = replace(
+        found.model, task_covariance=covariance_at_task(found), model_error=model_error(found)
+    )
     return replace(found, model=model)
 
 
@@ -116,7 +118,7 @@ def _identified(
         covariance=over_all(problem, spread.covariance),
         dof=spread.dof,
         source=measurements.source,
-        by_noise=over_all(problem, spread.by_noise),
+        noise_part=over_all(problem, spread.by_noise),
         noise=scale if how.estimates_sigma else 1.0,
     )
     left_out = left_out_of(measurements, problem, found, wanted, triangle, variance)

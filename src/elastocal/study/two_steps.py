@@ -101,12 +101,14 @@ def _refuse_twice(study: Study, known: Known) -> None:
 def _part(model: ComplianceModel, names: tuple[str, ...]) -> ComplianceModel:
     """The model of some of its springs."""
     index = [model.names.index(name) for name in names]
-    return ComplianceModel(
-        subset(model.springs, names),
-        model.compliance[index],
-        model.covariance[np.ix_(index, index)],
-        model.dof,
-        model.source,
+    own = np.ix_(index, index)
+    return replace(
+        model,
+        springs=subset(model.springs, names),
+        compliance=model.compliance[index],
+        covariance=model.covariance[own],
+        noise_part=model.by_noise[own],
+        task_covariance=model.at_task[own],
     )
 
 

@@ -234,9 +234,9 @@ def model_of(file: ModelFile, robot: Robot, name: str) -> ComplianceModel:
         covariance=covariance,
         dof=np.inf if file.dof is None else file.dof,
         source=str(file.source or name),
-        by_noise=by_noise,
+        noise_part=by_noise,
         noise=1.0 if file.noise_scale is None else file.noise_scale,
-        at_task=at_task,
+        task_covariance=at_task,
         model_error=1e-3 * file.model_error_mm,
     )
 
