@@ -176,3 +176,17 @@ def test_a_coupling_below_zero_is_no_arm_that_moves_against_the_load(
     truth, out = str(tmp_path / "truth.json"), str(tmp_path / "out.csv")
     run(folder, "plan", "study.yaml", "--seconds", "1", "-o", "whole.json")
     run(folder, "simulate", "study.yaml", "whole.json", "--truth", truth, "-o", out)
+
+
+def test_a_pose_probe_with_errors_of_load_cases_has_one_noise(folder: Path, tmp_path: Path) -> None:
+    """No noise of positions and of rotations can be told apart there, and none is not a number."""
+    probe = "{measures: pose, sigma_mm: 0.03, sigma_mrad: 0.05}"
+    (folder / "pose.yaml").write_text(STUDY.replace("{sigma_mm: 0.03}", probe))
+    truth = {name: {"value": 1e-6, "unit": "rad/(N·m)"} for name in EVERY}
+    (tmp_path / "truth.json").write_text(json.dumps({"compliance": truth}))
+    run(folder, "plan", "pose.yaml", "--seconds", "1", "-o", "pose.json")
+    made = "--truth", str(tmp_path / "truth.json"), "-o", "rotations.csv"
+    run(folder, "simulate", "pose.yaml", "pose.json", *made)
+    told = run(folder, "identify", "pose.yaml", "rotations.csv", "-o", str(tmp_path / "model.json"))
+    assert "largest" in told
+    assert "nan" not in told

@@ -230,12 +230,14 @@ def _noise_of_kinds(
 ) -> tuple[NoiseFound, ...]:
     """Noise of positions and of rotations; that of all where there is but one kind.
 
-    Residuals of outlying readings tell no noise, so a robust fit has one scale for all.
+    Residuals of outlying readings tell no noise, nor do those with errors of load cases in them, so
+    these fits have one scale for all.
 
     Source: a group of residuals has as many freedoms as coordinates, less their leverage.
     """
     kinds = measurements.quantities
-    if len(kinds) == 1 or how.robust or problem.dof < 1:
+    errors = problem.shared is not None and problem.shared.absolute.any()
+    if len(kinds) == 1 or how.robust or errors or problem.dof < 1:
         return tuple(NoiseFound(kind, scale, float(problem.dof)) for kind in kinds)
     rows = free_rows(problem, found)
     root = inverse_root(triangle)

@@ -108,7 +108,7 @@ def _noise(found: Identification) -> str:
 
 def _of_kinds(found: Identification) -> str:
     """The noise of positions and of rotations, if there are both."""
-    if len(found.noise_of_kinds) < 2:
+    if len({noise.scale for noise in found.noise_of_kinds}) < 2:
         return ""
     return ", " + ", ".join(f"{n.scale:.3g} of {n.kind.name}s" for n in found.noise_of_kinds)
 
