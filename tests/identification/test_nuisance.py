@@ -67,7 +67,7 @@ def campaign(
     data = Measurements(
         tool, cases, tuple(f"E{i}" for i in range(9)), case, marker, read,
         np.tile(SIGMA**2 * np.eye(3), (len(case), 1, 1)),
-        unloaded=which[case] * markers + marker if shared else np.arange(len(case)),
+        unloaded_of=which[case] * markers + marker if shared else np.arange(len(case)),
     )  # fmt: skip
     return arm, data
 

@@ -54,7 +54,7 @@ def without(data: Measurements, drop: Array) -> Measurements:
         marker=data.marker[~drop],
         deflection=data.deflection[~drop],
         covariance=data.covariance[~drop],
-        unloaded=data.unloaded[~drop],
+        unloaded_of=data.unloaded[~drop],
     )
 
 

@@ -269,5 +269,5 @@ def test_readings_that_share_an_unloaded_one_miss_nothing() -> None:
         values = deflection(bent(), TRUTH, cases)[:, :3]
         noise = SIGMA / np.sqrt(2.0) * rng.normal(size=(30, 3))
         data = read(values + noise[:24] - noise[24:][place], cases, seed=None)
-        alarms += bool(missing(identify(bent(), replace(data, unloaded=place), ESTIMATED)))
+        alarms += bool(missing(identify(bent(), replace(data, unloaded_of=place), ESTIMATED)))
     assert alarms <= 2

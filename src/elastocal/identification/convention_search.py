@@ -143,7 +143,7 @@ def _fits(found: Identification, data: Measurements, each: Sequence[Array]) -> l
         marker=np.tile(data.marker, len(each)),
         deflection=np.tile(data.deflection, (len(each), 1)),
         covariance=np.tile(data.covariance, (len(each), 1, 1)),
-        unloaded=np.arange(len(data) * len(each)),
+        unloaded_of=np.arange(len(data) * len(each)),
     )
     arm = replace(found.arm, springs=found.model.springs, tool=data.tool)
     rows = linear_rows(arm, many).reshape(len(each), len(data), 3, -1)

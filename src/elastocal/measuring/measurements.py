@@ -59,8 +59,8 @@ class Measurements:
             left out; what is in one of them is known by what was fitted to it.
         remarks: Sentences of the reader on what it made of the file.
         doubts: What looks odd in them.
-        unloaded: (R,) number of the unloaded reading that was taken off each; deflections with one
-            number share its noise. One for each if not given.
+        unloaded_of: (R,) number of the unloaded reading that was taken off each; none if each has
+            one of its own: see `unloaded`.
     """
 
     tool: Tool
@@ -76,16 +76,15 @@ class Measurements:
     readings: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
     doubts: tuple[Doubt, ...] = ()
-    unloaded: IntArray = field(default_factory=lambda: frozen([], np.int64))
+    unloaded_of: IntArray = field(default_factory=lambda: frozen([], np.int64))
 
     def __post_init__(self) -> None:
         freeze(self, "case", "marker", dtype=np.int64)
-        unloaded = self.unloaded if len(self.unloaded) else np.arange(len(self.case))
-        freeze(self, unloaded=unloaded, dtype=np.int64)
-        if self.unloaded.shape != self.case.shape:
+        freeze(self, "unloaded_of", dtype=np.int64)
+        if len(self.unloaded_of) not in (0, len(self.case)):
             raise InputError(
                 f"measurements of {len(self.case)} readings need as many numbers of unloaded "
-                f"readings, or none; found {len(self.unloaded)}"
+                f"readings, or none; found {len(self.unloaded_of)}"
             )
         freeze(self, "deflection", "covariance")
         case, marker = self.case, self.marker
@@ -115,6 +114,11 @@ class Measurements:
 
     def __len__(self) -> int:
         return len(self.case)
+
+    @property
+    def unloaded(self) -> IntArray:
+        """(R,) number of the unloaded reading behind each; deflections with one share its noise."""
+        return self.unloaded_of if len(self.unloaded_of) else np.arange(len(self.case))
 
     @property
     def rotations(self) -> BoolArray:
@@ -172,5 +176,5 @@ def chosen(measurements: Measurements, keep: BoolArray) -> Measurements:
         marker=measurements.marker[reading],
         deflection=measurements.deflection[reading],
         covariance=measurements.covariance[reading],
-        unloaded=measurements.unloaded[reading],
+        unloaded_of=measurements.unloaded[reading],
     )

@@ -258,7 +258,7 @@ def _measurements(table: Table, study: Study, mapping: FieldMapping | None) -> M
         covariance,
         own_uncertainty=readings.six is not None,
         remarks=(*said, *readings.remarks),
-        unloaded=readings.unloaded,
+        unloaded_of=readings.unloaded,
     )
 
 
