@@ -12,7 +12,7 @@ from elastocal.elastic.places import SpringPlace, places_of
 from elastocal.robot.chain import Robot
 from elastocal.terminal.console import numbers, out, whole
 from elastocal.wording.lists import listed
-from elastocal.wording.numbers import number, readable, short
+from elastocal.wording.numbers import number, short
 
 _SHARES = {
     "friction": "friction {} of each joint's deflection",
@@ -39,8 +39,7 @@ def show_nuisance(robot: Robot, nuisance: Nuisance | None) -> None:
     places = places_of(robot, nuisance.unknowns)
     kinds = nuisance.unknowns.kinds
     for place, kind, size in zip(places, kinds, nuisance.deviation.tolist(), strict=True):
-        factor, unit = readable(kind.compliance, size)
-        shown = f"{number(factor * size)} {unit}"
+        shown = f"{number(1e9 * size)} n{kind.compliance}"
         through = "" if place.slides else numbers(1e3 * place.origin)
         where = f"body of {place.behind}" if place.behind else "base"
         table.add_row(

@@ -187,3 +187,16 @@ def test_what_is_positive_may_be_expected_above_zero() -> None:
     np.testing.assert_allclose(share, np.sqrt(2.0 / np.pi), rtol=1e-12)
     assert (positive.mean[zero.signed] == 0.0).all()
     assert zero.signed.any()
+
+
+@pytest.mark.parametrize(
+    ("section", "words"),
+    [
+        ("{tilt_nrad_per_Nm: {A3: 1e-12}}", "expected 0, or at least 1e-05"),
+        ("{tool_sliding_um_per_N: 1e-12}", "expected 0, or at least 1e-08"),
+        ("{load: {tilt_deg: 400}}", "at most 45"),
+    ],
+)
+def test_sizes_that_cannot_be_meant_are_refused(section: str, words: str) -> None:
+    with pytest.raises(StudyError, match=words):
+        study(f"{STUDY_TEXT}nuisance: {section}\n")

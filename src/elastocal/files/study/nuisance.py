@@ -34,11 +34,35 @@ from elastocal.files.yaml_lines import at
 from elastocal.robot.chain import Robot
 from elastocal.robot.sources import USUAL
 
-_Nano = Annotated[NonNegative, After(lambda value: value / 1e9)]
-_Micro = Annotated[NonNegative, After(lambda value: value / 1e6)]
+_LEAST = 1e-5  # n of SI: below that nothing gives way, and a prior drowns all else
+_STEEPEST = 45.0  # degrees by which nobody pulls aslant without seeing it
+
+
+def _of_size(value: float) -> float:
+    if 0.0 < value < _LEAST:
+        raise ValueError(f"expected 0, or at least {_LEAST:g}, found {value:g}")
+    return value / 1e9
+
+
+def _of_micro(value: float) -> float:
+    if 0.0 < value < 1e-3 * _LEAST:
+        raise ValueError(f"expected 0, or at least {1e-3 * _LEAST:g}, found {value:g}")
+    return value / 1e6
+
+
+def _tilted(value: float) -> float:
+    if value > _STEEPEST:
+        raise ValueError(
+            f"expected a standard uncertainty of at most {_STEEPEST:g}°, found {value:g}"
+        )
+    return math.radians(value)
+
+
+_Nano = Annotated[NonNegative, After(_of_size)]
+_Micro = Annotated[NonNegative, After(_of_micro)]
 _PositiveMicro = Annotated[Positive, After(lambda value: value / 1e6)]
 _Metres = Annotated[NonNegative, After(lambda value: value / 1e3)]
-_Radians = Annotated[NonNegative, After(math.radians)]
+_Radians = Annotated[NonNegative, After(_tilted)]
 
 _CELLS: dict[str, Cell] = {"same-cell": "same", "exact": "exact", "other-cell": "other"}
 _SAID = "given in the study"
