@@ -301,7 +301,8 @@ def test_interrupt_leaves_old_files_alone(tmp_path: Path) -> None:
         return
     # Stopped in code made from a string, as a dataclass is, Python ends by the signal at last.
     assert process.returncode in (130, -signal.SIGINT), said
-    assert said == "stopped; no file was changed\n"
+    # In the middle of an import Python itself warns of the file it had open.
+    assert said.endswith("stopped; no file was changed\n")
     assert out.read_text(encoding="utf-8") == "old"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["plan.json", "study.yaml"]
 
