@@ -10,9 +10,7 @@ from elastocal.report.layout import two_widths
 from elastocal.report.section import PageSection
 from elastocal.report.tables import BarTable, Row
 from elastocal.report.verdict import Tile
-from elastocal.wording.numbers import number, readable, small
-
-_COMMON = "shared by all experiments"
+from elastocal.wording.numbers import number, small
 
 
 def nuisance_section(found: Identification) -> PageSection:
@@ -54,21 +52,24 @@ def _tiles(found: Identification) -> list[Tile]:
 
 
 def _table(told: tuple[NuisanceFound, ...]) -> BarTable:
-    """Values in units people read, and where what was expected is from."""
+    """Values in units people read; where their sizes are from stands with the plan."""
     rows = []
     for one in told:
-        factor, unit = readable(one.unit, one.deviation) if one.unit else (1.0, "uncertainties")
-        value = "held at 0" if one.held else number(factor * one.value, 3)
-        rows.append(
-            Row(
-                (
-                    one.name,
-                    value,
-                    f"± {number(factor * one.standard_error, 2)}",
-                    f"{number(factor * one.mean, 2)} ± {number(factor * one.deviation, 2)}",
-                    unit,
-                    one.source if one.unit else _COMMON,
-                )
-            )
+        factor, unit = (1e9, f"n{one.unit}") if one.unit else (1.0, "uncertainties")
+        value = number(factor * one.value, 3)
+        if one.held:
+            value = "held at 0"
+        elif abs(one.value) < _NOTHING * one.deviation:
+            value = "0"
+        cells = (
+            one.name,
+            value,
+            f"± {number(factor * one.standard_error, 2)}",
+            f"{number(factor * one.mean, 2)} ± {number(factor * one.deviation, 2)}",
+            unit,
         )
-    return BarTable(("", "found", "error", "expected", "unit", "its size is from"), tuple(rows))
+        rows.append(Row(cells))
+    return BarTable(("", "found", "error", "expected", "unit"), tuple(rows))
+
+
+_NOTHING = 0.005  # prior uncertainties that are too little to be a number
