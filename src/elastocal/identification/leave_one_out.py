@@ -5,13 +5,10 @@ In: an `Identification`. Out: covariances of left-out residuals. No refit is mad
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from elastocal.arrays import Array, BoolArray
-from elastocal.elastic.deflections import deflection_and_gradient
-from elastocal.elastic.regressor import regressor
+from elastocal.identification.linearised import model_rows
 from elastocal.identification.result import Identification
 from elastocal.measuring.measurements import Measurements, chosen
 
@@ -42,7 +39,7 @@ def left_out_covariance(found: Identification, keep: BoolArray | None = None) ->
     weight = found.weight if keep is None else found.weight[keep[whole.case]]
     moving = [found.model.names.index(name) for name in found.fitted]
     information = found.information
-    free = _rows(found, data)[:, :, moving]
+    free = model_rows(found, data)[:, :, moving]
     noise = found.noise_factor**2
     told = np.linalg.solve(data.covariance, free).transpose(0, 2, 1)
     told = weight[:, None, None] / found.variance * told
@@ -64,14 +61,3 @@ def _summed(values: Array, data: Measurements) -> Array:
     total = np.zeros((len(data.cases), *values.shape[1:]))
     np.add.at(total, data.case, values)
     return total
-
-
-def _rows(found: Identification, data: Measurements) -> Array:
-    """(R, 3, c) derivatives of the deflections in all compliances."""
-    arm = replace(found.arm, springs=found.model.springs, tool=data.tool)
-    if found.how.linear:
-        gradient = regressor(arm, data.cases)
-    else:
-        gradient = deflection_and_gradient(arm, found.model.compliance, data.cases)[1]
-    shape = (len(data.cases), len(data.tool.targets), 3, -1)
-    return gradient.reshape(shape)[data.case, data.marker]

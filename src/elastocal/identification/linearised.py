@@ -70,7 +70,7 @@ def linearised(found: Identification) -> Linearised:
     shared = shared_errors(data, quiet, None, None)
     return Linearised(
         names=names,
-        rows=_white(_rows(found, data)[:, :, moving], whitener, shared),
+        rows=_white(model_rows(found, data)[:, :, moving], whitener, shared),
         residual=_white(found.residual[:, :, None], whitener, shared)[:, :, 0],
         information=found.information[np.ix_(own, own)],
         whitener=whitener,
@@ -88,7 +88,7 @@ def _white(columns: Array, whitener: Array, shared: SharedErrors | None) -> Arra
     return shared.turned(over.reshape(3 * len(over), -1)).reshape(over.shape)
 
 
-def _rows(found: Identification, data: Measurements) -> Array:
+def model_rows(found: Identification, data: Measurements) -> Array:
     """(R, 3, c) derivatives of the readings in all compliances of the model."""
     arm = replace(found.arm, springs=found.model.springs, tool=data.tool)
     if found.how.linear:
