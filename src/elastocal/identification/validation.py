@@ -181,13 +181,11 @@ def validate(
     rows = gradient.reshape(count, targets, 3, -1)[own]
     spread = rows @ model.covariance @ rows.transpose(0, 2, 1)
     noise = model.noise**2 * measurements.covariance
-    shared = _shared(bent, model.compliance, measurements, errors)
-    if shared is None:
-        chi_square = _joint(after, rows, noise, model.covariance)
-    else:
-        chi_square = _joint_with(shared, measurements, model, after, rows)
+    whitener = noise_factors(measurements.covariance)[1]
+    shared = _shared(bent, model.compliance, measurements, whitener, errors)
+    if shared is not None:
         noise = noise + shared.own
-    test = chi_square, after.size, model.dof
+    test = _joint(after, rows, model, whitener, shared), after.size, model.dof
     expected = spread + noise
     found = _judged(measurements, after, expected, model.dof, confidence, test, kept_aside=True)
     return replace(found, repeated=_repeated(measurements.cases, identified))
@@ -208,20 +206,38 @@ def _repeated(cases: LoadCases, before: LoadCases | None) -> int:
 _SAME_PLACE, _SAME_LOAD = 2e-3, 0.05  # joint values [rad, m], share of a load: one load case
 
 
-def _joint(after: Array, rows: Array, noise: Array, covariance: Array) -> float:
-    """Errors (R, 3) squared in units of noise + rows · covariance · rowsᵀ, all readings at once.
+def _joint(
+    after: Array,
+    rows: Array,
+    model: ComplianceModel,
+    whitener: Array,
+    shared: SharedErrors | None,
+) -> float:
+    """Errors (R, 3) squared in units of all that is expected of them, all readings at once.
+
+    That is noise, what readings share, and rows · covariance · rowsᵀ, rows (R, 3, p).
 
     Source: the matrix inversion lemma, for a covariance that may be singular.
     """
-    quiet = np.linalg.solve(noise, after[..., None])[..., 0]
-    pulled = np.einsum("rip,ri->p", rows, quiet)
-    told = np.einsum("rip,riq->pq", rows, np.linalg.solve(noise, rows))
-    shared = np.linalg.solve(np.eye(len(pulled)) + covariance @ told, covariance @ pulled)
-    return float(np.einsum("ri,ri->", after, quiet) - pulled @ shared)
+    white = (whitener @ rows).reshape(-1, rows.shape[2])
+    left = np.einsum("rij,rj->ri", whitener, after).reshape(-1, 1)
+    variance = np.full(len(left), model.noise**2)
+    if shared is not None:
+        white, left = shared.turned(white), shared.turned(left)
+        variance = variance + shared.absolute
+    quiet = left[:, 0] / variance
+    pulled, told = white.T @ quiet, white.T @ (white / variance[:, None])
+    covariance = model.covariance
+    part = np.linalg.solve(np.eye(len(pulled)) + covariance @ told, covariance @ pulled)
+    return float(left[:, 0] @ quiet - pulled @ part)
 
 
 def _shared(
-    arm: ElasticArm, compliance: Array, data: Measurements, errors: CaseErrors | None
+    arm: ElasticArm,
+    compliance: Array,
+    data: Measurements,
+    whitener: Array,
+    errors: CaseErrors | None,
 ) -> SharedErrors | None:
     """What readings share besides the error of the model; None for nothing."""
     of_case = of_one = None
@@ -229,23 +245,7 @@ def _shared(
         of_case = shared_covariance(errors, arm, compliance, data.cases)
     if errors is not None and errors.any_own:
         of_one = own_covariance(errors, arm, compliance, data.cases)
-    return shared_errors(data, noise_factors(data.covariance)[1], of_case, of_one)
-
-
-def _joint_with(
-    shared: SharedErrors, data: Measurements, model: ComplianceModel, after: Array, rows: Array
-) -> float:
-    """As `_joint`, with errors that readings share."""
-    whitener = noise_factors(data.covariance)[1]
-    white = (whitener @ rows).reshape(-1, rows.shape[2])
-    error = np.einsum("rij,rj->ri", whitener, after).reshape(-1, 1)
-    weight = 1.0 / (model.noise**2 + shared.absolute)
-    white, left = shared.turned(white), shared.turned(error)[:, 0]
-    pulled = white.T @ (weight * left)
-    told = white.T @ (weight[:, None] * white)
-    covariance = model.covariance
-    part = np.linalg.solve(np.eye(len(pulled)) + covariance @ told, covariance @ pulled)
-    return float(np.sum(weight * left**2) - pulled @ part)
+    return shared_errors(data, whitener, of_case, of_one)
 
 
 def leave_one_out(found: Identification, *, confidence: float = 0.95) -> Validation:
