@@ -78,7 +78,8 @@ def left_out_of(
     left_out = found.residual - np.einsum("rip,rp->ri", free, np.nan_to_num(shift)[data.case])
     expected = unset()
     if problem.make.size or problem.columns.size or problem.shared is not None:
-        expected = _expected(data, problem, free, own, information, variance)
+        weighed = rows.reshape(-1, problem.unknowns)
+        expected = _expected(data, problem, free, weighed, own, information, variance)
     if len(wanted) < problem.unknowns:
         own = influence_on(wanted, own, information)
         by_case = influence_on(wanted, by_case, information)
@@ -92,23 +93,19 @@ def _expected(
     data: Measurements,
     problem: Problem,
     free: Array,
+    weighed: Array,
     own: Influence,
     information: Array,
     variance: float,
 ) -> Array:
     """(R, 3, 3) covariance of left-out residuals: noise, errors of its own, and of the others' fit.
 
+    `free` are rows (R, 3, u) over the noise, `weighed` (3R, u) the same over all that errs.
+
     Source: the fit without group g has the information M - M_g.
     """
-    whole = free
-    if problem.shared is None:
-        group = data.case
-        weighed = whole.reshape(-1, whole.shape[2]) / np.sqrt(variance)
-    else:
-        group = problem.shared.group
-        scale = 1.0 / np.sqrt(variance + problem.shared.absolute)
-        weighed = problem.shared.turned(whole.reshape(-1, whole.shape[2])) * scale[:, None]
-    u, each = whole.shape[2], np.repeat(group, 3)
+    group = data.case if problem.shared is None else problem.shared.group
+    u, each = problem.unknowns, np.repeat(group, 3)
     count = int(group.max()) + 1
     size = 1.0 / np.sqrt(np.diagonal(information))
     weighed = weighed * size
@@ -123,7 +120,7 @@ def _expected(
     for g in range(count):
         part = weighed[order[begin[g] : end[g]]]
         without[g] = np.linalg.inv(np.eye(u) if lost[g] else scaled - part.T @ part)
-    rows = np.asarray(problem.noise[0] @ whole)
+    rows = np.asarray(problem.noise[0] @ free)
     spread = rows * size
     expected = variance * data.covariance + spread @ without[group] @ spread.transpose(0, 2, 1)
     if problem.shared is not None:
