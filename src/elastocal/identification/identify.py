@@ -174,7 +174,6 @@ def _lack_of_fit(
     pure = shared is None or shared.repeats_show_noise(data)
     if not pure:
         return None
-    beside = len(problem.extra_rows) or shared is not None
     return lack_of_fit(
         found.residual,
         problem.noise[0],
@@ -182,7 +181,7 @@ def _lack_of_fit(
         problem.unknowns - len(problem.extra_rows),
         prior_misfit(problem, found),
         known=not (how.estimates_sigma or how.robust),
-        beside=rows_at(problem, found) if beside else None,
+        beside=rows_at(problem, found) if problem.absolute else None,
     )
 
 
@@ -197,8 +196,7 @@ def _at_rest(problem: Problem, how: Fit, linear: Solution) -> tuple[Problem, Sol
     much there is shows at the estimate: both are found in turn.
     """
     solution = linear if how.linear else solve_equilibrium(problem, linear, how.weigher)
-    absolute = len(problem.extra_rows) or problem.shared is not None
-    if not (how.estimates_sigma and absolute):
+    if not (how.estimates_sigma and problem.absolute):
         return problem, solution.of(0)
     for _ in range(_ROUNDS):
         found = solution.of(0)

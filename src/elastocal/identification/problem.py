@@ -69,6 +69,11 @@ class Problem:
         made = self.make.shape[1] if self.make.size else len(self.free)
         return made + (self.columns.shape[2] if self.columns.size else 0)
 
+    @property
+    def absolute(self) -> bool:
+        """Whether anything in it is known in absolute size, whatever the noise is."""
+        return len(self.extra_rows) > 0 or self.shared is not None
+
     def of_unknowns(self, rows: Array) -> Array:
         """(..., p) columns of the unknowns that are springs, of those of all springs (..., c)."""
         if self.make.size:

@@ -108,7 +108,7 @@ def rows_at(problem: Problem, found: Solution) -> Rows:
 def spread_of(how: Fit, problem: Problem, found: Solution, variance: float) -> Spread:
     """Covariance of what was fitted, the bounds left out: what is held is as uncertain as ever."""
     dof = float(problem.dof) if how.estimates_sigma else np.inf
-    if not len(problem.extra_rows) and problem.shared is None:
+    if not problem.absolute:
         covariance = frozen(variance * found.fit.covariance)
         return Spread(covariance, covariance, dof, variance)
     rows = rows_at(problem, found)
@@ -124,7 +124,7 @@ def triangle_of(problem: Problem, found: Solution, variance: float) -> Array:
     triangle = found.fit.triangle
     if problem.variance == variance:
         return triangle
-    if not len(problem.extra_rows) and problem.shared is None:
+    if not problem.absolute:
         return frozen(triangle * np.sqrt(problem.variance / variance))
     rows = rows_at(problem, found)
     weighed = rows.rows * np.sqrt(rows.weight(variance))[:, None]
