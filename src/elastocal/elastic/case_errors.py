@@ -21,6 +21,10 @@ Cell = Literal["same", "exact", "other"]
 """What measures the process force: the cell of the campaign, nothing (it is exact), another one."""
 
 
+LOAD_GAIN = "load gain"
+"""Name of the unknown by which all loads are wrong together."""
+
+
 @dataclass(frozen=True)
 class CaseErrors:
     """Standard uncertainties of what is new with a load case, with a load, or common to all loads.
@@ -144,7 +148,7 @@ def common_columns(
     names: list[str] = []
     columns: list[Array] = []
     if errors.common_gain > 0.0:
-        names.append("load gain")
+        names.append(LOAD_GAIN)
         columns.append(errors.common_gain * (regressor(arm, cases) @ compliance))
     if errors.common_tilt > 0.0:
         for axis, turned in zip("xyz", _turned(arm, compliance, cases), strict=True):

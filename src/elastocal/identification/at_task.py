@@ -9,11 +9,10 @@ from __future__ import annotations
 import numpy as np
 
 from elastocal.arrays import Array
+from elastocal.elastic.case_errors import LOAD_GAIN
 from elastocal.fitting.goodness import SURE, p_value_chi_square
 from elastocal.identification.left_out_error import left_out_error
 from elastocal.identification.result import Identification
-
-_GAIN = "load gain"
 
 
 def covariance_at_task(found: Identification) -> Array:
@@ -33,7 +32,7 @@ def covariance_at_task(found: Identification) -> Array:
         return model.covariance
     if errors.process_force == "other":
         return np.asarray(model.covariance + errors.common_gain**2 * np.outer(k, k))
-    gain = found.fitted.index(_GAIN)
+    gain = found.fitted.index(LOAD_GAIN)
     made = _made(found)
     whole = np.column_stack([made, errors.common_gain * k])
     index = [*range(made.shape[1]), gain]
