@@ -28,6 +28,19 @@ instrument: {sigma_mm: 0.1}
 constraints: {collision: off, floor: off}
 """
 """A study of the three-link arm that leaves J1 to a second campaign."""
+FREE_FORCES = """\
+elastocal: 1
+robot: kuka-kr270
+identify: [A1, A2, A3, A4, A5, A6]
+tools:
+  milling: {tcp_mm: [986, 0, 0]}
+  calibration: {load_point_mm: [611.5, 0, -460], markers_mm: {M1: [611.5, 0, -460]}}
+test_poses:
+  - {name: milling, tool: milling, q_deg: [0, -56.9, 89.3, 45.1, 76, 57.2], force_N: [0, 280, -180]}
+experiments: {tool: calibration, max_force_N: 2500, direction: free, count: 24}
+instrument: {sigma_mm: 0.03}
+"""
+"""A study of the KR 270 pulled in any direction: what `sideways` loads."""
 MARKERS = Tool(
     "cross",
     np.array([0.6115, 0.0, -0.46]),

@@ -22,21 +22,9 @@ from elastocal.identification.identify import identify
 from elastocal.report import html
 from elastocal.report.contents import Contents
 from elastocal.wording import worded
-from tests.campaigns import NAMES, arm, measured, sideways
+from tests.campaigns import FREE_FORCES, NAMES, arm, measured, sideways
 
-STUDY = """\
-elastocal: 1
-robot: kuka-kr270
-identify: [A1, A2, A3, A4, A5, A6]
-tools:
-  milling: {tcp_mm: [986, 0, 0]}
-  calibration: {load_point_mm: [611.5, 0, -460], markers_mm: {M1: [611.5, 0, -460]}}
-test_poses:
-  - {name: milling, tool: milling, q_deg: [0, -56.9, 89.3, 45.1, 76, 57.2], force_N: [0, 280, -180]}
-experiments: {tool: calibration, max_force_N: 2500, direction: free, count: 24}
-instrument: {sigma_mm: 0.03}
-nuisance: typical
-"""
+STUDY = FREE_FORCES + "nuisance: typical\n"
 EVERY = ("A1", *NAMES)
 
 

@@ -15,27 +15,15 @@ from elastocal.files.measurements.measurement_file import write_measurements
 from elastocal.files.study.study_file import read_study
 from elastocal.robot.posture import Posture, flange_axes
 from elastocal.study.study import Study
-from tests.campaigns import NAMES, arm, measured, sideways
+from tests.campaigns import FREE_FORCES, NAMES, arm, measured, sideways
 
-STUDY = """\
-elastocal: 1
-robot: kuka-kr270
-identify: [A1, A2, A3, A4, A5, A6]
-tools:
-  milling: {tcp_mm: [986, 0, 0]}
-  calibration: {load_point_mm: [611.5, 0, -460], markers_mm: {M1: [611.5, 0, -460]}}
-test_poses:
-  - {name: milling, tool: milling, q_deg: [0, -56.9, 89.3, 45.1, 76, 57.2], force_N: [0, 280, -180]}
-experiments: {tool: calibration, max_force_N: 2500, direction: free, count: 24}
-instrument: {sigma_mm: 0.03}
-"""
 TRUTH = np.array([0.623, 0.302, 0.406, 3.002, 3.303, 2.365]) * 1e-6
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     """A study, and readings taken with a tool that shifted by 2 mm under load."""
-    (tmp_path / "study.yaml").write_text(STUDY)
+    (tmp_path / "study.yaml").write_text(FREE_FORCES)
     data = measured(arm(("A1", *NAMES)), sideways(24), TRUTH, rng=np.random.default_rng(1))
     shift = flange_axes(Posture(arm().robot, data.cases.q)) @ [0.0, 0.0, 2e-3]
     data = replace(data, deflection=data.deflection + shift)
@@ -74,7 +62,7 @@ def test_the_search_can_be_left_out(folder: Path) -> None:
 
 
 def test_another_convention_is_named(folder: Path) -> None:
-    text = STUDY.replace("identify:", "controller: {signs: {A3: -1, A5: -1}}\nidentify:")
+    text = FREE_FORCES.replace("identify:", "controller: {signs: {A3: -1, A5: -1}}\nidentify:")
     data = measured(arm(("A1", *NAMES)), sideways(24), TRUTH, rng=np.random.default_rng(1))
     write_measurements(data, study(folder).robot, folder / "plain.csv")
     (folder / "other.yaml").write_text(text)
