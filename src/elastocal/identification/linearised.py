@@ -67,7 +67,7 @@ def linearised(found: Identification) -> Linearised:
     own = [found.fitted.index(name) for name in names]
     moving = [found.model.names.index(name) for name in names]
     q = np.round(data.cases.q, 9)
-    shared = shared_errors(data, quiet, None, None)
+    shared = shared_errors(data, quiet)
     return Linearised(
         names=names,
         rows=_white(model_rows(found, data)[:, :, moving], whitener, shared),

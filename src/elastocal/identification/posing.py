@@ -14,7 +14,7 @@ import numpy as np
 
 from elastocal.arrays import Array, unset
 from elastocal.elastic.arm import ElasticArm
-from elastocal.elastic.case_errors import common_columns, own_covariance, shared_covariance
+from elastocal.elastic.case_errors import common_columns
 from elastocal.elastic.compliance_model import (
     ComplianceModel,
     refuse_other_springs,
@@ -27,9 +27,8 @@ from elastocal.elastic.tensors import of_tensors
 from elastocal.errors import Doubt, IdentifiabilityError, InputError
 from elastocal.identification.fit import Fit
 from elastocal.identification.problem import Problem
-from elastocal.identification.shared_errors import shared_errors
+from elastocal.identification.shared_errors import errors_in, shared_errors
 from elastocal.measuring.measurements import Measurements
-from elastocal.measuring.whitening import noise_factors
 from elastocal.wording import worded
 
 
@@ -106,7 +105,7 @@ def posed(
     )
     if nuisance is None:
         whitener = problem.noise[1]
-        problem = replace(problem, shared=shared_errors(data, whitener, None, None))
+        problem = replace(problem, shared=shared_errors(data, whitener))
         return Posed(problem, fitted, fitted)
     whole = _with_nuisance(Posed(problem, fitted, fitted), data, nuisance, near)
     return whole if prior is None else _from_before(whole, arm, nuisance, prior)
@@ -137,9 +136,6 @@ def _with_nuisance(
     values = np.append(nuisance.mean / nuisance.deviation, np.zeros(e))
     least = _lower(problem.arm.springs, plain.springs)
     lower = np.concatenate([least, np.where(nuisance.signed, -np.inf, 0.0), np.full(e, -np.inf)])
-    of_case = shared_covariance(errors, arm, compliance, cases) if errors.any_shared else None
-    of_one = own_covariance(errors, arm, compliance, cases) if errors.any_own else None
-    whitener = noise_factors(data.covariance)[1]
     whole = replace(
         problem,
         arm=arm,
@@ -149,7 +145,7 @@ def _with_nuisance(
         extra_rows=extra,
         extra_values=np.append(problem.extra_values[0], values)[None],
         lower=lower,
-        shared=shared_errors(data, whitener, of_case, of_one),
+        shared=errors_in(data, problem.noise[1], errors, arm, compliance),
     )
     return Posed(whole, plain.springs, (*plain.springs, *own.names, *common))
 

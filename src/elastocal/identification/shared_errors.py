@@ -15,6 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
+from elastocal.elastic.arm import ElasticArm
+from elastocal.elastic.case_errors import CaseErrors, own_covariance, shared_covariance
 from elastocal.measuring.measurements import Measurements
 
 
@@ -62,8 +64,30 @@ class SharedErrors:
         return not self.of_experiments and len(np.unique(data.unloaded)) == len(data)
 
 
+def errors_in(
+    data: Measurements,
+    whitener: Array,
+    errors: CaseErrors | None,
+    arm: ElasticArm,
+    compliance: Array,
+) -> SharedErrors | None:
+    """What readings share by errors of load cases, at compliances (c,) of `arm`; None if nothing.
+
+    The others as in `shared_errors`.
+    """
+    of_case = of_one = None
+    if errors is not None and errors.any_shared:
+        of_case = shared_covariance(errors, arm, compliance, data.cases)
+    if errors is not None and errors.any_own:
+        of_one = own_covariance(errors, arm, compliance, data.cases)
+    return shared_errors(data, whitener, of_case, of_one)
+
+
 def shared_errors(
-    data: Measurements, whitener: Array, of_case: Array | None, of_experiment: Array | None
+    data: Measurements,
+    whitener: Array,
+    of_case: Array | None = None,
+    of_experiment: Array | None = None,
 ) -> SharedErrors | None:
     """What readings share; None if nothing.
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from elastocal.arrays import Array, BoolArray, frozen
 from elastocal.elastic.arm import ElasticArm
-from elastocal.elastic.case_errors import CaseErrors, own_covariance, shared_covariance
+from elastocal.elastic.case_errors import CaseErrors
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.deflections import deflection_and_gradient
 from elastocal.elastic.load_cases import LoadCases
@@ -21,7 +21,7 @@ from elastocal.fitting.chances import ratio_above
 from elastocal.fitting.goodness import SURE, p_value_chi_square, quantile
 from elastocal.identification.leave_one_out import left_out_covariance
 from elastocal.identification.result import Identification
-from elastocal.identification.shared_errors import SharedErrors, shared_errors
+from elastocal.identification.shared_errors import SharedErrors, errors_in
 from elastocal.measuring.measurements import Measurements, Quantity
 from elastocal.measuring.whitening import noise_factors
 
@@ -182,7 +182,7 @@ def validate(
     spread = rows @ model.covariance @ rows.transpose(0, 2, 1)
     noise = model.noise**2 * measurements.covariance
     whitener = noise_factors(measurements.covariance)[1]
-    shared = _shared(bent, model.compliance, measurements, whitener, errors)
+    shared = errors_in(measurements, whitener, errors, bent, model.compliance)
     if shared is not None:
         noise = noise + shared.own
     test = _joint(after, rows, model, whitener, shared), after.size, model.dof
@@ -230,22 +230,6 @@ def _joint(
     covariance = model.covariance
     part = np.linalg.solve(np.eye(len(pulled)) + covariance @ told, covariance @ pulled)
     return float(left[:, 0] @ quiet - pulled @ part)
-
-
-def _shared(
-    arm: ElasticArm,
-    compliance: Array,
-    data: Measurements,
-    whitener: Array,
-    errors: CaseErrors | None,
-) -> SharedErrors | None:
-    """What readings share besides the error of the model; None for nothing."""
-    of_case = of_one = None
-    if errors is not None and errors.any_shared:
-        of_case = shared_covariance(errors, arm, compliance, data.cases)
-    if errors is not None and errors.any_own:
-        of_one = own_covariance(errors, arm, compliance, data.cases)
-    return shared_errors(data, whitener, of_case, of_one)
 
 
 def leave_one_out(found: Identification, *, confidence: float = 0.95) -> Validation:
