@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from elastocal.arrays import Array
+from elastocal.fitting.bounds import Bounds
 from elastocal.fitting.least_squares import column_norms, fit, fits
 from tests.fitting.nist import DATASETS
 
@@ -63,7 +64,7 @@ def test_bounds_hold_and_are_optimal(seed: int) -> None:
     rows = rng.normal(size=(12, 4)) * 10.0 ** rng.uniform(-6, 6, 4)
     values = rng.normal(size=12)
     lower = np.zeros(4)
-    found = fit(rows, values, lower=lower)
+    found = fit(rows, values, bounds=Bounds(lower))
     slope = rows.T @ (rows @ found.estimate - values) / column_norms(rows)
     assert (found.estimate >= -1e-12 * np.abs(found.estimate).max()).all()
     assert np.abs(slope[~found.held]).max(initial=0.0) < 1e-10
@@ -73,7 +74,7 @@ def test_bounds_hold_and_are_optimal(seed: int) -> None:
 def test_bounds_that_do_not_bind_change_nothing() -> None:
     data = DATASETS["Norris"]
     free = fit(data.rows, data.values)
-    bound = fit(data.rows, data.values, lower=np.array([-1.0, 0.0]))
+    bound = fit(data.rows, data.values, bounds=Bounds(np.array([-1.0, 0.0])))
     np.testing.assert_allclose(bound.estimate, free.estimate, rtol=1e-12)
     assert not bound.held.any()
 
@@ -89,7 +90,7 @@ def test_under_bounds_the_residual_sum_is_that_of_the_estimate() -> None:
     rng = np.random.default_rng(4)
     rows, values = rng.normal(size=(9, 2)), rng.normal(size=(3, 9))
     values[0] = rows @ [-2.0, 1.0]  # exact, but for the bound
-    found = fits(rows[None], values, lower=np.zeros((3, 2)))
+    found = fits(rows[None], values, bounds=Bounds(np.zeros(2)))
     left = values - found.estimate @ rows.T
     np.testing.assert_allclose(found.residual_sum, np.sum(left**2, axis=1), rtol=1e-12)
     assert found.held[0].tolist() == [True, False]

@@ -13,6 +13,7 @@ from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.nuisance import Nuisance
 from elastocal.elastic.regressor import regressor
 from elastocal.elastic.springs import VirtualJoints, joint_springs, merged
+from elastocal.elastic.tensors import against_the_load
 from elastocal.elastic.unknowns import Unknowns
 from elastocal.errors import IdentifiabilityError, InputError
 from elastocal.identification.fit import Fit
@@ -70,6 +71,16 @@ def campaign(
         unloaded_of=which[case] * markers + marker if shared else np.arange(len(case)),
     )  # fmt: skip
     return arm, data
+
+
+def lighter(data: Measurements) -> Measurements:
+    """Loads, deflections and noise a thousandth: the equilibrium is as good as linear."""
+    return replace(
+        data,
+        cases=LoadCases(data.cases.q, 1e-3 * data.cases.wrench),
+        deflection=1e-3 * data.deflection,
+        covariance=1e-6 * data.covariance,
+    )
 
 
 def rows_of(arm: ElasticArm, cases: LoadCases, what: Nuisance) -> np.ndarray:
@@ -174,24 +185,44 @@ def test_springs_of_the_model_bend_as_the_unknowns_say() -> None:
     assert found.alone.fitted == arm.springs.names
 
 
-def test_nothing_is_below_zero_but_what_may_be() -> None:
-    truth = np.append(TRUTH, [-3e-4, 1.5e-4, -3e-4, -1e-4])  # what no spring can be
-    arm, data = campaign(truth)
-    found = identify(arm, data, LINEAR, nuisance=nuisance())
-    assert {"foot", "link yy"} <= set(found.held)
-    assert "link xy" not in found.held
-    signed = np.array([name == "link xy" for name in found.fitted])
-    assert (found.unknown[~signed] >= 0.0).all()
-    assert found.unknown[signed] < 0.0
+@pytest.mark.parametrize("how", [LINEAR, Fit()], ids=["linear", "equilibrium"])
+@pytest.mark.parametrize("some", [True, False], ids=["on the edge", "nothing left"])
+def test_nothing_moves_against_the_load(how: Fit, some: bool) -> None:
+    """No foot is below zero, and no tensor: the truth here is what no arm can be."""
+    link = [1.5e-4, -3e-4, -1e-4] if some else [-3e-3, -3e-3, 0.0]
+    arm, data = campaign(np.append(TRUTH, [-3e-4, *link]))
+    found = identify(arm, lighter(data), how, nuisance=nuisance())
+    assert "foot" in found.held
+    assert (found.unknown[:6] >= 0.0).all()
+    xx, yy, xy = found.unknown[4:]
+    assert xx * yy == pytest.approx(xy**2, abs=1e-18)  # no better inside
+    assert found.unknown[6] < 0.0 if some else xx + yy == 0.0
+    assert not against_the_load(found.model.springs, found.model.compliance)
+
+
+def test_what_is_left_out_moves_a_tensor_along_its_edge() -> None:
+    """As the fit without the experiment does, to first order."""
+    what = replace(nuisance(), deviation=np.full(4, 1e-3))
+    arm, data = campaign(np.append(TRUTH, [2e-4, 2e-4, 2e-4, -2.3e-4]), markers=6)
+    found = identify(arm, data, LINEAR, nuisance=what)
+    xx, yy, xy = found.unknown[4:]
+    assert xx * yy == pytest.approx(xy**2, rel=1e-9)
+    near = far = 0.0
+    for i in range(9):
+        others = chosen(data, np.arange(9) != i)
+        again = identify(arm, others, LINEAR, nuisance=what)
+        out = data.case == i
+        rows = rows_of(arm, data.cases, what).reshape(len(data), 3, -1)[out]
+        left = data.deflection[out] - rows @ again.unknown
+        near += np.sum((found.left_out[out] - left) ** 2)
+        far += np.sum((found.residual[out] - left) ** 2)
+    assert near < 0.05 * far
 
 
 def test_the_equilibrium_bends_through_the_nuisance_too() -> None:
     """Small loads: the same as the linear fit, with nuisance springs in the chain."""
     arm, data = campaign(WHOLE)
-    small = 1e-3
-    cases = LoadCases(data.cases.q, small * data.cases.wrench)
-    data = replace(data, cases=cases, deflection=small * data.deflection,
-                   covariance=small**2 * data.covariance)  # fmt: skip
+    data = lighter(data)
     linear = identify(arm, data, LINEAR, nuisance=nuisance(ERRORS))
     bent = identify(arm, data, Fit(), nuisance=nuisance(ERRORS))
     np.testing.assert_allclose(bent.unknown, linear.unknown, rtol=1e-4)

@@ -25,6 +25,27 @@ def of_tensors(springs: VirtualJoints) -> BoolArray:
     return found
 
 
+def tensors_of(springs: VirtualJoints, make: Array) -> Array:
+    """(G, 3, 3, u) the G tensors there are, for one of each unknown.
+
+    Args:
+        springs: c springs.
+        make: (c, u) compliances of the springs for one of each unknown.
+
+    A tensor of which parts are elsewhere, as one that is known already, or not told apart from
+    another spring, is none: nothing is known of the sign of what is left of it.
+
+    Source: Σ k a aᵀ over the springs of one place, of axes a.
+    """
+    found = [np.zeros((0, 3, 3, make.shape[1]))]
+    for own in _places(springs):
+        axes, rows = springs.axis[own], make[own]
+        whole = (rows.max(axis=1, initial=0.0) > 0.0).all()
+        if whole and np.linalg.matrix_rank(axes) < len(own):
+            found.append(np.einsum("sa,sb,su->abu", axes, axes, rows)[None])
+    return np.concatenate(found)
+
+
 def against_the_load(springs: VirtualJoints, compliance: Array) -> tuple[str, ...]:
     """Names of the negative springs at each place where the arm would move against the load.
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.arrays import Array, BoolArray, frozen
+from elastocal.fitting.bounds import Bounds, bounded
 
 _CHUNK = 8192  # rows that are triangularised at once: what stays in the cache
 _MOST_REFINED = 65536  # rows
@@ -52,26 +53,33 @@ class LinearFit:
         return np.asarray(root @ np.swapaxes(root, -1, -2))
 
 
-def fit(rows: Array, values: Array, *, lower: Array | None = None) -> LinearFit:
+def fit(rows: Array, values: Array, *, bounds: Bounds | None = None) -> LinearFit:
     """Least-squares estimate of `values` ≈ `rows` @ unknowns, one of them, as exact as can be.
 
     Args:
         rows: (R, p) rows, noise of unit covariance.
         values: (R,) values.
-        lower: (p,) lower bounds of the unknowns, none if not given.
+        bounds: Bounds of the unknowns, none if not given.
     """
-    return fits(rows[None], values[None], lower=None if lower is None else lower[None]).of(0)
+    return fits(rows[None], values[None], bounds=bounds).of(0)
 
 
 def fits(
-    rows: Array, values: Array, *, lower: Array | None = None, refine: bool = True
+    rows: Array,
+    values: Array,
+    *,
+    bounds: Bounds | None = None,
+    at: Array | None = None,
+    refine: bool = True,
 ) -> LinearFit:
     """Least-squares estimates of C sets of values.
 
     Args:
         rows: (B, R, p) rows, noise of unit covariance: one system for all (B = 1), or C of them.
         values: (C, R) values.
-        lower: (C, p) lower bounds of the unknowns, -inf where there is none; none if not given.
+        bounds: Bounds of the unknowns, none if not given.
+        at: (C, p) what is in the bounds besides the estimates, as where an iteration has come to;
+            zero if not given.
         refine: Whether to refine the estimates; steps of an iteration need not be.
 
     Source: paper eq. (6); Björck, Numerical Methods for Least Squares Problems, ch. 2.
@@ -81,15 +89,17 @@ def fits(
     sides = _as_sides(values, len(rows))
     triangle, right, rest = _triangularised(rows, sides, scale)
     held = np.zeros((len(values), rows.shape[2]), dtype=bool)
-    if lower is None:
+    if bounds is None:
         scaled = _solved(triangle, right)
         if refine and rows.shape[1] <= _MOST_REFINED:
             scaled = _refined(rows * scale[:, None], sides, triangle, scaled)
     else:
         scaled = np.empty_like(right)
-        for i, bound in enumerate(lower):
+        start = np.zeros(held.shape) if at is None else at
+        for i, own in enumerate(start):
             b, m = divmod(i, right.shape[2])
-            scaled[b, :, m], held[i] = _bounded(triangle[b], right[b, :, m], bound / scale[b])
+            limits, own = bounds.scaled(scale[b]), own / scale[b]
+            scaled[b, :, m], held[i] = bounded(triangle[b], right[b, :, m], limits, own)
     residual_sum = rest + np.sum((triangle @ scaled - right) ** 2, axis=1)
     estimate = (scale[..., None] * scaled).transpose(0, 2, 1).reshape(held.shape)
     return LinearFit(
@@ -186,25 +196,3 @@ def _solved(triangle: Array, right: Array) -> Array:
     for b in np.flatnonzero(singular):
         solution[b] = np.linalg.lstsq(triangle[b], right[b], rcond=None)[0]
     return solution
-
-
-def _bounded(triangle: Array, right: Array, lower: Array) -> tuple[Array, BoolArray]:
-    """Estimate under lower bounds, -inf for none, and which unknowns are held at theirs."""
-    from scipy.optimize import nnls
-
-    bounded = np.isfinite(lower)
-    held = np.zeros(len(lower), dtype=bool)
-    if bounded.any():
-        # Those without a bound first: below them the triangle is that of the others.
-        order = np.append(np.flatnonzero(~bounded), np.flatnonzero(bounded))
-        moved, part = np.linalg.qr(triangle[:, order])
-        loose = int((~bounded).sum())
-        least, below = lower[bounded], part[loose:, loose:]
-        above, _ = nnls(below, (moved.T @ right)[loose:] - below @ least)
-        held[bounded] = above == 0.0
-    free = ~held
-    solution = np.array(lower)
-    if free.any():  # the free ones again, to the accuracy of the unbounded fit
-        rest = right - triangle[:, held] @ lower[held]
-        solution[free] = np.linalg.lstsq(triangle[:, free], rest, rcond=None)[0]
-    return solution, held

@@ -250,8 +250,7 @@ def _fit(
         extra = np.broadcast_to(problem.extra_rows, (len(flat), *problem.extra_rows.shape))
         flat = np.concatenate([flat, extra], axis=1)
         right = np.hstack([right, problem.extra_values - at @ problem.extra_rows.T])
-    lower = problem.lower - at if problem.lower.size else None
-    return fits(flat, right, lower=lower, refine=refine)
+    return fits(flat, right, bounds=problem.bounds, at=at, refine=refine)
 
 
 def _weights(problem: Problem, loss: Loss, values: Array) -> Array:

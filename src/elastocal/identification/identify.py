@@ -18,6 +18,7 @@ from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.effects import without
 from elastocal.elastic.nuisance import Nuisance
 from elastocal.errors import IdentifiabilityError, InputError
+from elastocal.fitting.bounds import tangent
 from elastocal.fitting.goodness import LackOfFit, lack_of_fit
 from elastocal.fitting.least_squares import inverse_root
 from elastocal.fitting.mixed import estimate
@@ -212,8 +213,9 @@ def _at_rest(problem: Problem, how: Fit, linear: Solution) -> tuple[Problem, Sol
 
 
 def _unbounded(problem: Problem, found: Solution, variance: float) -> Array:
-    """(f,) estimates without the bound at zero, linearised at those with it."""
-    if not found.fit.held.any():
+    """(f,) estimates without the bounds, linearised at those with them."""
+    moving = tangent(problem.bounds, found.fit.held, found.compliance)
+    if moving.shape[1] == problem.unknowns:
         return found.compliance
     return frozen(estimate(rows_at(problem, found), variance)[0])
 

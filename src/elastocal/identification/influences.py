@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.arrays import Array, BoolArray, IntArray, frozen, unset
+from elastocal.fitting.bounds import tangent
 from elastocal.fitting.influence import Influence, influence, influence_on, reordered
 from elastocal.identification.problem import Problem, Solution, free_rows
 from elastocal.identification.uncertainty import over_noise
@@ -67,13 +68,13 @@ def left_out_of(
         of_experiment = _first(shared.group, data.case, len(data.cases))
         own = reordered(together, of_experiment)
         by_case = reordered(together, _first(shared.group, configuration[data.case], count))
-    shift, moving = own.shift, np.flatnonzero(~found.fit.held)
-    if len(moving) < problem.unknowns:  # what is held stays there
+    shift, moving = own.shift, tangent(problem.bounds, found.fit.held, found.compliance)
+    if moving.shape[1] < problem.unknowns:  # what is held stays there
         shift = np.zeros_like(shift)
-        if len(moving):
-            part = information[np.ix_(moving, moving)]
-            moved = influence(rows[..., moving], residual, each, groups, part).shift
-            shift[:, moving] = moved if shared is None else moved[of_experiment]
+        if moving.shape[1]:
+            part = moving.T @ information @ moving
+            moved = influence(rows @ moving, residual, each, groups, part).shift
+            shift = (moved if shared is None else moved[of_experiment]) @ moving.T
     free = free_rows(problem, found)
     left_out = found.residual - np.einsum("rip,rp->ri", free, np.nan_to_num(shift)[data.case])
     expected = unset()

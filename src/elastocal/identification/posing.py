@@ -23,8 +23,9 @@ from elastocal.elastic.compliance_model import (
 )
 from elastocal.elastic.nuisance import Nuisance
 from elastocal.elastic.springs import VirtualJoints, merged, subset
-from elastocal.elastic.tensors import of_tensors
+from elastocal.elastic.tensors import of_tensors, tensors_of
 from elastocal.errors import Doubt, IdentifiabilityError, InputError
+from elastocal.fitting.bounds import Bounds
 from elastocal.identification.fit import Fit
 from elastocal.identification.problem import Problem
 from elastocal.identification.shared_errors import errors_in, shared_errors
@@ -99,7 +100,7 @@ def posed(
         covariance=data.covariance,
         extra_rows=rows,
         extra_values=values[None],
-        lower=_lower(springs, fitted) if how.nonnegative else unset(),
+        bounds=_bounds(springs, fitted) if how.nonnegative else None,
         known_noise=not how.estimates_sigma,
         source=data.source,
     )
@@ -136,6 +137,7 @@ def _with_nuisance(
     values = np.append(nuisance.mean / nuisance.deviation, np.zeros(e))
     least = _lower(problem.arm.springs, plain.springs)
     lower = np.concatenate([least, np.where(nuisance.signed, -np.inf, 0.0), np.full(e, -np.inf)])
+    tensors = np.pad(tensors_of(springs, make), [(0, 0)] * 3 + [(0, e)])
     whole = replace(
         problem,
         arm=arm,
@@ -144,7 +146,7 @@ def _with_nuisance(
         columns=columns[at] if e else unset(),
         extra_rows=extra,
         extra_values=np.append(problem.extra_values[0], values)[None],
-        lower=lower,
+        bounds=Bounds(lower, tensors),
         shared=errors_in(data, problem.noise[1], errors, arm, compliance),
     )
     return Posed(whole, plain.springs, (*plain.springs, *own.names, *common))
@@ -187,6 +189,12 @@ def _from_before(
         )[None],
     )
     return replace(whole, problem=problem)
+
+
+def _bounds(springs: VirtualJoints, fitted: Sequence[str]) -> Bounds:
+    """What compliances cannot be."""
+    own = subset(springs, fitted)
+    return Bounds(_lower(springs, fitted), tensors_of(own, np.eye(len(own))))
 
 
 def _lower(springs: VirtualJoints, fitted: Sequence[str]) -> Array:

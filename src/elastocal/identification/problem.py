@@ -11,6 +11,7 @@ from elastocal.arrays import Array, IntArray, unset
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InputError
+from elastocal.fitting.bounds import Bounds
 from elastocal.fitting.least_squares import LinearFit, one_of
 from elastocal.identification.shared_errors import SharedErrors
 from elastocal.measuring.whitening import noise_factors
@@ -35,7 +36,7 @@ class Problem:
         covariance: (R, 3, 3) of each [m², rad²].
         extra_rows: (E, u) further rows over all u = p + e unknowns, such as a prior's.
         extra_values: (C or 1, E) their values.
-        lower: (u,) least values of the unknowns, -inf where there is none; all so if not given.
+        bounds: Bounds of the unknowns; None for none.
         known_noise: Whether the covariances are true and not only right up to a factor.
         variance: That factor, as far as it is found yet: what the further rows are weighed against.
         source: Where the readings come from, empty if nobody said.
@@ -50,7 +51,7 @@ class Problem:
     covariance: Array
     extra_rows: Array
     extra_values: Array
-    lower: Array = field(default_factory=unset)
+    bounds: Bounds | None = None
     make: Array = field(default_factory=unset)
     columns: Array = field(default_factory=unset)
     shared: SharedErrors | None = None
