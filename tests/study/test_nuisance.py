@@ -8,14 +8,16 @@ import numpy as np
 import pytest
 
 import elastocal as ec
+from elastocal.elastic.compliance_model import rows_of
 from elastocal.elastic.effects import effects_of
 from elastocal.elastic.nuisance import Nuisance
 from elastocal.elastic.springs import VirtualJoints
 from elastocal.elastic.typical import typical_sizes
-from elastocal.elastic.unknowns import Unknowns
+from elastocal.elastic.unknowns import Unknowns, each_spring, joined
 from elastocal.errors import InputError
 from elastocal.files.study.study_file import read_study
 from elastocal.robot.sources import USUAL
+from elastocal.study.before import Earlier
 from elastocal.study.criteria import CRITERIA
 from elastocal.study.experiment_space import LoadCaseEvaluation
 from elastocal.study.known import Known
@@ -112,6 +114,23 @@ def test_with_what_an_earlier_campaign_knows_in_either_order() -> None:
     assert one.fitted.names == other.fitted.names == ("A1", *study.springs.names, *nuisance.names)
     np.testing.assert_array_equal(one.prior, other.prior)
     np.testing.assert_array_equal(one.test_poses[0].regressor, other.test_poses[0].regressor)
+
+
+def test_a_mixed_fit_before_is_the_prior_of_both() -> None:
+    """What a fit of the joints and of the nuisance says of them together is information at once."""
+    study, nuisance = kr270_study(), foot_and_forearm()
+    unknowns = joined(each_spring(study.springs), nuisance.unknowns)
+    root = 1e-7 * (np.eye(9) + 0.3 * np.random.default_rng(1).normal(size=(9, 9)))
+    whole = root @ root.T
+    covariance = unknowns.make @ whole @ unknowns.make.T
+    model = ec.ComplianceModel(unknowns.springs, np.zeros(10), covariance)
+    rows = rows_of(model, study.springs.names, study.springs.names)
+    after = replace(study, prior=rows.T @ rows, earlier=Earlier(model))
+    found = with_nuisance(after, nuisance)
+    np.testing.assert_allclose(1e-14 * found.prior, np.linalg.inv(1e14 * whole), rtol=1e-7)
+    again = with_nuisance(found, replace(nuisance, mean=np.ones(4)))
+    np.testing.assert_allclose(again.prior, found.prior, rtol=1e-9)
+    np.testing.assert_allclose(with_nuisance(found, None).prior, after.prior, rtol=1e-9)
 
 
 def test_a_matrix_has_no_columns_for_it() -> None:

@@ -15,12 +15,8 @@ import numpy as np
 from elastocal.arrays import Array, unset
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.case_errors import common_columns
-from elastocal.elastic.compliance_model import (
-    ComplianceModel,
-    refuse_other_springs,
-    rows_of,
-    unit_rows,
-)
+from elastocal.elastic.compliance_model import ComplianceModel, refuse_other_springs, rows_of
+from elastocal.elastic.known_together import known_together
 from elastocal.elastic.nuisance import Nuisance
 from elastocal.elastic.springs import VirtualJoints, merged, subset
 from elastocal.elastic.tensors import of_tensors, tensors_of
@@ -155,38 +151,20 @@ def _with_nuisance(
 def _from_before(
     whole: Posed, arm: ElasticArm, nuisance: Nuisance, prior: ComplianceModel
 ) -> Posed:
-    """The problem in which a prior that fitted nuisance parameters, too, is the prior of both.
-
-    What they did to its compliances they do again: taken apart from them, two campaigns would
-    look like two independent ones.
-    """
-    own = nuisance.unknowns
-    there = np.array([name in prior.uncertain for name in own.springs.names], dtype=bool)
-    told = np.flatnonzero(~(own.make[~there] != 0.0).any(axis=0))
-    if not len(told) or not there.any():
+    """The problem in which a prior that fitted nuisance parameters, too, is the prior of both."""
+    known = known_together(prior, arm.springs.names, nuisance.unknowns)
+    if known is None:
         return whole
-    refuse_other_springs(prior, own.springs)
-    made = np.flatnonzero((own.make[:, told] != 0.0).any(axis=1))
-    joints = [name for name in arm.springs.names if name in prior.names]
-    springs = [*joints, *(own.springs.names[i] for i in made)]
-    index = [prior.names.index(name) for name in springs]
-    j, t = len(joints), len(told)
-    back = np.zeros((j + t, len(springs)))
-    back[:j, :j] = np.eye(j)
-    back[j:, j:] = np.linalg.pinv(own.make[np.ix_(made, told)])
-    root = unit_rows(back @ prior.covariance[np.ix_(index, index)] @ back.T)
-    problem, f = whole.problem, len(whole.springs)
-    rows = np.zeros((j + t, problem.unknowns))
-    rows[:, [whole.springs.index(name) for name in joints]] = root[:, :j]
-    rows[:, f + told] = root[:, j:]
+    problem, f, j = whole.problem, len(whole.springs), len(known.springs)
+    rows = np.zeros((len(known.rows), problem.unknowns))
+    rows[:, [whole.springs.index(name) for name in known.springs]] = known.rows[:, :j]
+    rows[:, f + known.told] = known.rows[:, j:]
     others = len(problem.extra_rows) - (problem.unknowns - f)  # what the springs have for a prior
-    kept = np.setdiff1d(np.arange(len(problem.extra_rows)), [*range(j), *(others + told)])
+    kept = np.setdiff1d(np.arange(len(problem.extra_rows)), [*range(j), *(others + known.told)])
     problem = replace(
         problem,
         extra_rows=np.vstack([rows, problem.extra_rows[kept]]),
-        extra_values=np.append(
-            root @ (back @ prior.compliance[index]), problem.extra_values[0, kept]
-        )[None],
+        extra_values=np.append(known.values, problem.extra_values[0, kept])[None],
     )
     return replace(whole, problem=problem)
 

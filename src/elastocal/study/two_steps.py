@@ -10,10 +10,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from elastocal.arrays import unset
+from elastocal.arrays import Array, BoolArray, unset
 from elastocal.elastic.arm import ElasticArm
-from elastocal.elastic.compliance_model import ComplianceModel, refuse_other_springs
+from elastocal.elastic.compliance_model import ComplianceModel, refuse_other_springs, rows_of
 from elastocal.elastic.effects import without
+from elastocal.elastic.known_together import known_together
 from elastocal.elastic.nuisance import Nuisance
 from elastocal.elastic.springs import merged, subset
 from elastocal.elastic.unknowns import Unknowns
@@ -61,19 +62,45 @@ def with_nuisance(study: Study, nuisance: Nuisance | None) -> Study:
 
 def _beside(study: Study, known: Known | None, nuisance: Nuisance | None) -> Study:
     """The study with other things beside what it asks for."""
-    own = study.prior[np.ix_(study.wanted, study.wanted)]
+    own = (study.prior - _of_earlier(study)[0])[np.ix_(study.wanted, study.wanted)]
     bare = replace(study, known=known, nuisance=nuisance, prior=unset(), test_poses=())
     prior = np.array(bare.prior)
     if study.carried_out is not None:  # its experiments bent the known springs, too
         prior += study.carried_out.information(bare.space)
     prior[np.ix_(bare.wanted, bare.wanted)] = own
+    found, told = _of_earlier(bare)
+    prior += found
     given = [] if known is None else [(known.uncertain.names, known.information)]
-    given += [] if nuisance is None else [(nuisance.names, nuisance.information)]
+    if nuisance is not None:
+        information = np.diag(np.where(told, 0.0, nuisance.deviation**-2.0))
+        given.append((nuisance.names, information))
     for names, information in given:
         index = [bare.fitted.names.index(name) for name in names]
         prior[np.ix_(index, index)] += information
     poses = tuple(_over(study, pose, bare.fitted) for pose in study.test_poses)
     return replace(bare, prior=prior, test_poses=poses)
+
+
+def _of_earlier(study: Study) -> tuple[Array, BoolArray]:
+    """(f, f) what the model of an earlier campaign knows, and which nuisance parameters it counts.
+
+    The same that a fit to the readings will count.
+    """
+    names = study.fitted.names
+    information, nuisance = np.zeros((len(names), len(names))), study.nuisance
+    told = np.zeros(0 if nuisance is None else len(nuisance.names), dtype=bool)
+    if study.earlier is None:
+        return information, told
+    model, own = study.earlier.model, study.springs.names
+    both = None if nuisance is None else known_together(model, own, nuisance.unknowns)
+    if both is None or nuisance is None:
+        shared = [name for name in own if name in model.uncertain]
+        rows = rows_of(model, shared, names)
+        return rows.T @ rows, told
+    told[both.told] = True
+    index = [names.index(n) for n in (*both.springs, *(nuisance.names[u] for u in both.told))]
+    information[np.ix_(index, index)] = both.rows.T @ both.rows
+    return information, told
 
 
 def _others(study: Study, known: Known) -> tuple[str, ...]:
