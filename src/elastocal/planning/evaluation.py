@@ -24,6 +24,7 @@ from elastocal.planning.assessment import (
     broken_on_the_way,
     search_stopped,
 )
+from elastocal.planning.blind import BlindErrors, blind_errors
 from elastocal.planning.certificate import KINDS, Bound, Certificate, certificate, confirmed
 from elastocal.planning.visibility import Visibility, visibility
 from elastocal.study.criteria import CRITERIA
@@ -48,6 +49,7 @@ class Evaluation:
         collisions: Motions between configurations that are not allowed; objections, too.
         view: What the tracker sees in every configuration; None if there is no tracker.
         measured: Whether it is a campaign that was measured, and no plan.
+        blind: What it cannot see of what the model lacks; None if that is not known.
     """
 
     repeats: IntArray
@@ -59,6 +61,7 @@ class Evaluation:
     collisions: tuple[Doubt, ...] = ()
     view: Visibility | None = None
     measured: bool = False
+    blind: BlindErrors | None = None
 
     @property
     def count(self) -> int:
@@ -117,7 +120,15 @@ def evaluate(
         *_unchecked(claims),
     )
     return Evaluation(
-        repeats, worth, proof, tuple(objections), open_ends, remarks, collisions, view
+        repeats,
+        worth,
+        proof,
+        tuple(objections),
+        open_ends,
+        remarks,
+        collisions,
+        view,
+        blind=blind_errors(study, cases, repeats),
     )
 
 

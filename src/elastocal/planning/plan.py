@@ -27,6 +27,7 @@ from elastocal.motion.tour import best_order
 from elastocal.motion.via_points import UnreachableError, detours, refuse_home
 from elastocal.motion.within_reach import out_of_reach, reachable_limits
 from elastocal.planning.assessment import Assessment, assess, broken, hardly_known, search_stopped
+from elastocal.planning.blind import BlindErrors, blind_errors
 from elastocal.planning.bracket import bracket
 from elastocal.planning.certificate import (
     Bound,
@@ -104,6 +105,11 @@ class Plan:
         watched = [d for d in self.watch.doubts if d.code in ("hardly-watched", "odd-size")]
         stopped = search_stopped(self.stopped_after)
         return (*stopped, *rigid, *hardly, *watched, *out_of_reach(self.study.motion_space))
+
+    @cached_property
+    def blind(self) -> BlindErrors | None:
+        """What it cannot see of what the model lacks; None if that is not known."""
+        return blind_errors(self.study, self.load_cases, self.repeats)
 
     @cached_property
     def broken(self) -> tuple[Doubt, ...]:

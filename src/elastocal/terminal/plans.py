@@ -23,6 +23,7 @@ from elastocal.robot.chain import Robot
 from elastocal.study.criteria import CRITERIA, RHO0
 from elastocal.study.left_rigid import counted as counted_in
 from elastocal.study.study import Study
+from elastocal.terminal.blind import show_blind
 from elastocal.terminal.console import micrometres, numbers, out, whole
 from elastocal.terminal.studies import known_phrase
 from elastocal.terminal.test_poses import show_test_poses, where_judged
@@ -84,6 +85,7 @@ def show_plan(plan: Plan) -> None:
         out.print(Text(sentence))
     if worth.loss is not None:
         out.print(Text(loss_sentence(worth.loss.load_case, worth.loss.rho0, worth.rho0)))
+    show_blind(plan.blind)
     for doubt in plan.doubts:
         out.print(Text(told(doubt, ended(worded(doubt))), style="yellow"))
     if plan.criterion != RHO0.name:
@@ -291,6 +293,7 @@ def show_evaluations(
         if result.measured:
             out.print(Text(f"{name}: {MEASURED}"))
         show_view(result.view, name)
+        show_blind(result.blind, name)
         for doubt in (*result.objections, *result.unidentified):
             out.print(Text(f"{name}: {worded(doubt)}", "red"))
         for doubt in result.remarks:

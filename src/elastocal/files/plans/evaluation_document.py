@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from elastocal.files.doubt_entries import doubt_entries
+from elastocal.files.plans.blind_section import blind_section
 from elastocal.files.plans.covariance_section import covariance_section
 from elastocal.files.plans.path_entries import path_entries
 from elastocal.files.plans.promise_section import promise_section
@@ -47,6 +48,7 @@ def evaluation_document(
         "standard_error": worth.standard_error.tolist(),
         "covariance": covariance_section(study.fitted, worth.covariance),
         **promise_section(study, worth.promise),
+        **blind_section(evaluation.blind),
         "after_a_loss": None
         if worth.loss is None
         else {

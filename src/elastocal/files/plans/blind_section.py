@@ -1,0 +1,47 @@
+"""What a plan cannot see, as a section of plan.json and of what `evaluate` says."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from elastocal.planning.blind import BlindEffect, BlindErrors
+from elastocal.wording.blind import effect_name
+
+
+def blind_section(found: BlindErrors | None) -> dict[str, Any]:
+    """The section `blind` by its key, lengths in millimetres; empty if nothing is known."""
+    if found is None:
+        return {}
+    return {
+        "blind": {
+            "degrees_of_freedom": found.dof,
+            "seen_half": _finite(found.seen_half),
+            "larger_if_estimated": _finite(found.if_estimated),
+            "together_mm": _finite(1e3 * found.together),
+            "effects": [_entry(effect) for effect in found.effects],
+        }
+    }
+
+
+def _entry(effect: BlindEffect) -> dict[str, Any]:
+    return {
+        "name": effect_name(effect),
+        "kind": effect.kind,
+        "joints": list(effect.carriers),
+        "axis": effect.axis.tolist(),
+        "unit": effect.unit,
+        "invisible": effect.invisible,
+        "left_mm": 1e3 * effect.error,
+        "left_mm_per_unit": 1e3 * effect.leak,
+        "visibility_per_unit2": effect.visibility,
+        "seen_half_from": _finite(effect.half),
+        "hard_to_believe_from": effect.largest,
+        "usual": _finite(effect.usual),
+        "usual_seen": _finite(effect.usual_seen),
+    }
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

@@ -1,0 +1,141 @@
+"""What effects that a model lacks do to a fit, and to its test: leaks and visibilities.
+
+In: a study, load cases with repeats. Out: for every column of an effect, what one of it leaves at
+the task, and what any two add to the non-centrality of the test of fit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from elastocal.arrays import Array, IntArray, freeze
+from elastocal.elastic.case_errors import (
+    CaseErrors,
+    common_columns,
+    own_covariance,
+    shared_covariance,
+)
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.elastic.regressor import regressor
+from elastocal.elastic.springs import joint_springs
+from elastocal.matrices import rank_of, scaled_inverse
+from elastocal.planning.blind_effects import EffectFamily, compensated, effect_columns, judged
+from elastocal.robot.posture import Posture
+from elastocal.study.study import Study
+
+
+@dataclass(frozen=True)
+class BlindColumns:
+    """What c columns of effects do.
+
+    Attributes:
+        families: To which effects they belong, in this order.
+        left: (r, c) what one of each leaves at the test poses, weighed: its norm is the root mean
+            square [m].
+        seen: (c, c) Bᵀ Q B, B the columns of the readings, Q the precision of the residuals.
+        moved: (R, c) what one of each leaves in the residuals, and then at the task over the error
+            that the plan leaves there anyway.
+        dof: Degrees of freedom of the test of fit, of the means of repeats.
+        noise_dof: Those of the noise that repeats tell, as far as it is what the means err by.
+    """
+
+    families: tuple[EffectFamily, ...]
+    left: Array
+    seen: Array
+    moved: Array
+    dof: int
+    noise_dof: float
+
+    def __post_init__(self) -> None:
+        freeze(self, "left", "seen", "moved")
+
+
+def columns_of(study: Study, cases: LoadCases, repeats: IntArray) -> BlindColumns | None:
+    """Leaks and visibilities of all effects.
+
+    Returns:
+        None if the load cases do not tell compliances apart, or no test pose has a load case.
+
+    Source: ours; C Xᵀ V⁻¹ B is what B makes of the estimates.
+    """
+    poses = judged(study)
+    if not poses:
+        return None
+    errors = CaseErrors() if study.nuisance is None else study.nuisance.errors
+    nominal = (
+        np.zeros(len(study.robot.joints)) if study.nuisance is None else study.nuisance.nominal
+    )
+    joints = replace(study.arm, springs=joint_springs(study.robot))
+    count = repeats.astype(float)[:, None, None]
+    instrument = _instrument(study, cases) / count
+    noise = instrument + own_covariance(errors, joints, nominal, cases) / count
+    noise += shared_covariance(errors, joints, nominal, cases)
+    common, moved = common_columns(errors, joints, nominal, cases)
+    rows = study.fitted.columns(regressor(study.fitted_arm, cases))
+    effects = effect_columns(study, cases)
+    sizes = (rows.shape[2], len(common), effects.readings.shape[2])
+    white = _over_noise(noise, np.concatenate([rows, moved, effects.readings], axis=2))
+    x, b = white[:, : -sizes[2]], white[:, -sizes[2] :]
+    # Common errors in units of their own sizes: what is known of them is one.
+    prior = np.eye(sizes[0] + sizes[1])
+    prior[: sizes[0], : sizes[0]] = study.prior
+    total = prior + x.T @ x
+    fitted = total[: sizes[0], : sizes[0]]
+    if rank_of(fitted) < sizes[0]:
+        return None
+    covariance = scaled_inverse(total[None])[0]
+    found = covariance @ (x.T @ b)
+    weights = np.array([pose.weight for pose in poses])
+    left, error = [], 0.0
+    for pose, weight, there in zip(poses, weights / weights.sum(), effects.task, strict=True):
+        blocks = np.zeros((*pose.regressors.shape[:2], len(total)))
+        blocks[:, :, : sizes[0]] = pose.regressors
+        if errors.common_gain > 0.0:
+            blocks[:, :, sizes[0]] = errors.common_gain * compensated(study, pose)
+        share = float(np.sqrt(weight / len(there)))
+        left.append(share * (blocks @ found - there).reshape(-1, sizes[2]))
+        error += share**2 * float(((blocks @ covariance) * blocks).sum())
+    kept = np.eye(len(x)) - x @ covariance @ x.T
+    dof = len(x) + (rank_of(prior) if prior.any() else 0) - len(total)
+    return BlindColumns(
+        families=effects.families,
+        left=np.concatenate(left),
+        seen=b.T @ kept @ b,
+        moved=np.concatenate([b - x @ found, np.concatenate(left) / np.sqrt(error)]),
+        dof=int(dof),
+        noise_dof=_noise_dof(kept, noise, instrument, int(dof), repeats),
+    )
+
+
+def _over_noise(noise: Array, columns: Array) -> Array:
+    """(S m, c) columns (S, m, c) of readings in units of their noise (S, m, m)."""
+    white = np.linalg.solve(np.linalg.cholesky(noise), columns)
+    return np.asarray(white.reshape(-1, columns.shape[2]))
+
+
+def _noise_dof(kept: Array, noise: Array, instrument: Array, dof: int, repeats: IntArray) -> float:
+    """Degrees of freedom of the noise that repeats tell, as what the means are held against.
+
+    Source: ours; docs/math.md, 43a: what is of absolute size in the means is known.
+    """
+    readings, m = int((repeats - 1).sum()), noise.shape[1]
+    root = np.linalg.cholesky(noise)
+    part = np.linalg.solve(root, np.linalg.solve(root, instrument).transpose(0, 2, 1))
+    share = sum(
+        float((kept[m * i : m * i + m, m * i : m * i + m] * own).sum())
+        for i, own in enumerate(part)
+    )
+    return m * readings * (dof / share) ** 2 if share > 0.0 else 0.0
+
+
+def _instrument(study: Study, cases: LoadCases) -> Array:
+    """(N, m, m) covariance of what the instrument reads of each load case."""
+    posture, tool = Posture(study.robot, cases.q), study.experiments.tool
+    points = np.stack([posture.point(marker).T for marker in tool.markers], axis=1)
+    parts = study.instrument.covariances(points)
+    noise = np.zeros((len(cases), 3 * parts.shape[1], 3 * parts.shape[1]))
+    for t in range(parts.shape[1]):
+        noise[:, 3 * t : 3 * t + 3, 3 * t : 3 * t + 3] = parts[:, t]
+    return noise
