@@ -157,7 +157,7 @@ def test_the_mixed_fit_is_that_of_dense_matrices(errors: CaseErrors, shared: boo
     square = left @ np.linalg.solve(covariance, left) + np.sum((near[3:] / what.deviation) ** 2)
     assert found.chi_square == pytest.approx(square, rel=1e-6)
     assert found.dof == len(values) - 3
-    kept, expected = leave_one_out(found), found.left_out_covariance
+    kept, expected = leave_one_out(found), found.without_experiment.covariance
     together = data.cases.distinct[data.case]
     if not (shared or errors.any_shared):
         together = data.case
@@ -290,7 +290,7 @@ def test_a_model_that_left_out_readings_refute_carries_its_error() -> None:
     """Springs besides that nobody fits: seen where experiments are left out, and promised since."""
     arm, data = campaign(np.append(TRUTH, [9e-4, 9e-4, 3e-4, 0.0]))
     wrong, right = identify(arm, data, LINEAR), identify(arm, data, LINEAR, nuisance=nuisance())
-    seen = np.sqrt(np.mean(np.sum(wrong.left_out**2, axis=1)))
+    seen = np.sqrt(np.mean(np.sum(wrong.without_load_case.residual**2, axis=1)))
     assert wrong.model.model_error == pytest.approx(seen)
     assert identify(*campaign(np.append(TRUTH, np.zeros(4))), LINEAR).model.model_error == 0.0
     assert right.model.model_error < 0.3 * seen

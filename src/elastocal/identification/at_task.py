@@ -67,6 +67,6 @@ def model_error(found: Identification) -> float:
         by_chance = not p_value_chi_square(found.chi_square, found.dof) < SURE
     if by_chance or found.how.robust:
         return 0.0
-    seen, promised = left_out_error(found)
-    beyond = seen**2 - (promised**2 if found.nuisance is not None else 0.0)
+    error = left_out_error(found)
+    beyond = error.seen**2 - (error.promised**2 if found.nuisance is not None else 0.0)
     return float(np.sqrt(beyond)) if beyond > 0.0 else 0.0

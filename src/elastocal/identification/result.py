@@ -15,6 +15,7 @@ from elastocal.fitting.goodness import LackOfFit, quantile, quantiles
 from elastocal.fitting.influence import Influence
 from elastocal.fitting.least_squares import column_norms
 from elastocal.identification.fit import Fit
+from elastocal.identification.influences import LeftWithout
 from elastocal.measuring.measurements import Measurements, Quantity
 
 
@@ -53,9 +54,8 @@ class Identification:
         weight: (R,) weights that a robust loss gave to the readings, 1 at most.
         influence: Of every experiment.
         configuration_influence: Of every distinct load case.
-        left_out: (R, 3) residuals of every reading when its experiment is left out [m, rad].
-        left_out_covariance: (R, 3, 3) in which these are expected [m², rad²]; not given where it
-            can be had from the model alone: see `leave_one_out`.
+        without_experiment: What is left of every reading when its experiment is left out.
+        without_load_case: The same when all repeats of its load case are.
         held: Names held at zero by `nonnegative`.
         unknown: (f,) estimates of all that was fitted.
         unknown_covariance: (f, f) their covariance.
@@ -83,8 +83,8 @@ class Identification:
     weight: Array
     influence: Influence
     configuration_influence: Influence
-    left_out: Array
-    left_out_covariance: Array
+    without_experiment: LeftWithout
+    without_load_case: LeftWithout
     held: tuple[str, ...]
     unknown: Array
     unknown_covariance: Array
@@ -116,6 +116,11 @@ class Identification:
     def freedom(self) -> Array:
         """(p,) degrees of freedom behind each standard error."""
         return self.model.freedom(np.eye(len(self.model.springs))[self.index])
+
+    @property
+    def left_out(self) -> Array:
+        """(R, 3) residuals of every reading when its experiment is left out [m, rad]."""
+        return self.without_experiment.residual
 
     @property
     def width(self) -> float:

@@ -103,7 +103,7 @@ def shared_errors(
         return None
     keys = [data.unloaded, data.case]  # an experiment is left out as a whole
     keys += [] if of_case is None else [data.cases.distinct[data.case]]
-    group = _connected(keys)
+    group = connected(keys)
     turns = []
     absolute, own = np.zeros(3 * len(data)), np.zeros((len(data), 3, 3))
     for readings in _of_equal_size(group):
@@ -126,7 +126,7 @@ def shared_errors(
 _NOTHING = 1e-9  # variance over that of the noise that is rounding
 
 
-def _connected(keys: Sequence[IntArray]) -> IntArray:
+def connected(keys: Sequence[IntArray]) -> IntArray:
     """(R,) numbers from 0, the same for readings that any of the `keys`, (R,), has alike."""
     label = np.arange(len(keys[0]))
     while True:

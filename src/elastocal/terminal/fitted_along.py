@@ -6,7 +6,7 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from elastocal.identification.left_out_error import left_out_error, repeats_go_along
+from elastocal.identification.left_out_error import left_out_error, repeats_left
 from elastocal.identification.nuisance_found import NuisanceFound, nuisance_found
 from elastocal.identification.result import Identification
 from elastocal.terminal.console import micrometres, out, whole
@@ -40,16 +40,14 @@ def show_fitted_along(found: Identification) -> None:
         whole(table)
     if found.alone is None:
         return
-    seen, promised = left_out_error(found)
-    alone, less = left_out_error(found.alone)
-    along, stay = (
-        (" with their repeats", ", repeats kept,") if repeats_go_along(found) else ("", "")
-    )
+    mixed, alone = left_out_error(found), left_out_error(found.alone)
+    gone, stay = repeats_left(found, mixed), repeats_left(found, alone)
     out.print(
         Text(
-            f"Left out one after the other{along}, experiments are predicted to "
-            f"{micrometres(seen)} (RMS; promised {micrometres(promised)}); with the joints alone"
-            f"{stay} to {micrometres(alone)} (promised {micrometres(less)})."
+            f"Left out one after the other{gone}, experiments are predicted to "
+            f"{micrometres(mixed.seen)} (RMS; promised {micrometres(mixed.promised)}); with the "
+            f"joints alone{'' if stay == gone else stay} to {micrometres(alone.seen)} (promised "
+            f"{micrometres(alone.promised)})."
         )
     )
 

@@ -10,6 +10,7 @@ from elastocal.elastic.load_cases import LoadCases
 from elastocal.files.doubt_entries import doubt_entries
 from elastocal.files.plans.load_case_entries import load_case_entries
 from elastocal.identification.doubts import doubts
+from elastocal.identification.left_out_error import left_out_error
 from elastocal.identification.nuisance_found import nuisance_found
 from elastocal.identification.result import Identification
 from elastocal.identification.search import Searched
@@ -60,6 +61,7 @@ def identification_sections(
                 for kind in found.measurements.quantities
             },
             "experiments": _experiments(found),
+            "left_out": _left_out(found),
             **({} if beyond is None else _beyond(beyond)),
         },
     }
@@ -110,7 +112,18 @@ def nuisance_section(found: Identification) -> dict[str, Any]:
         "joints_alone": {
             "compliance": _named(alone, alone.compliance.tolist()),
             "standard_error": _named(alone, alone.standard_error.tolist()),
+            "left_out": _left_out(alone),
         },
+    }
+
+
+def _left_out(found: Identification) -> dict[str, Any]:
+    """How far off what is left out in turn is predicted: load cases with all repeats, if it can."""
+    error = left_out_error(found)
+    return {
+        "of": "load-cases" if error.load_cases else "experiments",
+        "error_mm": 1e3 * error.seen if np.isfinite(error.seen) else None,
+        "promised_mm": 1e3 * error.promised if np.isfinite(error.promised) else None,
     }
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from elastocal.identification.left_out_error import left_out_error, repeats_go_along
+from elastocal.identification.left_out_error import left_out_error, repeats_left
 from elastocal.identification.nuisance_found import NuisanceFound, nuisance_found
 from elastocal.identification.result import Identification
 from elastocal.report.charts.expected import expected_chart
@@ -29,23 +29,25 @@ def nuisance_section(found: Identification) -> PageSection:
 
 
 def _tiles(found: Identification) -> list[Tile]:
-    seen, promised = left_out_error(found)
-    along, stay = (" with their repeats", ", repeats kept") if repeats_go_along(found) else ("", "")
+    mixed = left_out_error(found)
+    gone = repeats_left(found, mixed)
     tiles = [
         Tile(
             "Left out, predicted",
-            small(seen, "m"),
-            f"Error of experiments left out one after the other{along} (RMS); promised "
-            f"{small(promised, 'm')}.",
+            small(mixed.seen, "m"),
+            f"Error of experiments left out one after the other{gone} (RMS); promised "
+            f"{small(mixed.promised, 'm')}.",
         )
     ]
     if found.alone is not None:
-        alone, less = left_out_error(found.alone)
+        alone = left_out_error(found.alone)
+        stay = repeats_left(found, alone)
         tiles.append(
             Tile(
                 "With the joints alone",
-                small(alone, "m"),
-                f"The same without what was fitted along{stay}; promised {small(less, 'm')}.",
+                small(alone.seen, "m"),
+                f"The same without what was fitted along{'' if stay == gone else stay}; promised "
+                f"{small(alone.promised, 'm')}.",
             )
         )
     return tiles
