@@ -41,6 +41,7 @@ SECTIONS = (
     "worth",
     "effort",
     "errors",
+    "blind",
     "certificate",
     "constraints",
     "criteria",

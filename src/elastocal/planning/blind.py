@@ -192,7 +192,12 @@ def _distinct(told: BlindColumns, effects: Iterator[_Combined]) -> list[_Combine
             continue
         moved = told.moved @ one.share
         size = _ALIKE * float(np.linalg.norm(moved))
-        same = [i for i, other in enumerate(known) if np.linalg.norm(other - moved) < size]
+        same = [
+            i
+            for i, other in enumerate(known)
+            if np.linalg.norm(other - moved) < size
+            and _place(kept[i].family.kind) == _place(one.family.kind)
+        ]
         if not same:
             kept.append(one)
             known.append(moved)
@@ -201,6 +206,11 @@ def _distinct(told: BlindColumns, effects: Iterator[_Combined]) -> list[_Combine
         carriers = dict.fromkeys((*first.carriers, *one.carriers))
         kept[same[0]] = first._replace(carriers=tuple(carriers))
     return kept
+
+
+def _place(kind: EffectKind) -> EffectKind:
+    """What turns in an arm besides its joints goes by one name where nothing tells it apart."""
+    return "bearing" if kind in ("foot", "link") else kind
 
 
 def _effect(told: BlindColumns, one: _Combined, half: float) -> BlindEffect:

@@ -60,9 +60,10 @@ def columns_of(study: Study, cases: LoadCases, repeats: IntArray) -> BlindColumn
 
     Source: ours; C Xᵀ V⁻¹ B is what B makes of the estimates.
     """
-    poses = judged(study)
+    poses, done = judged(study), repeats > 0
     if not poses:
         return None
+    cases, repeats = LoadCases(cases.q[done], cases.wrench[done]), repeats[done]
     errors = CaseErrors() if study.nuisance is None else study.nuisance.errors
     nominal = (
         np.zeros(len(study.robot.joints)) if study.nuisance is None else study.nuisance.nominal

@@ -95,6 +95,8 @@ def trade_off(
             found = plan(with_count(study, m), seed=seed, effort=LIGHT, bound=bound)
         except IdentifiabilityError:
             continue
+        if not found.assessment.identifiable:
+            continue
         lowest = found.certificate.rho0_bound
         kept.append((m, found.assessment.rho0, np.nan if lowest is None else lowest))
         many.append(found)
@@ -105,7 +107,8 @@ def trade_off(
             found = plan(with_count(study, own, s), seed=seed, effort=LIGHT, bound=bound)
         except IdentifiabilityError:
             continue
-        few.append((s, found.assessment.rho0))
+        if found.assessment.identifiable:
+            few.append((s, found.assessment.rho0))
     tell("hours", 0.95)
     # The fewest configurations that will do, and as many as the study wants.
     limited = {s for s, _ in few[:1]} | {study.experiments.max_configurations} - {None}
@@ -186,9 +189,11 @@ def time_trade_off(
         for count in sorted(set(counts)):
             wanted = with_count(study, count, None if most is None else min(most, count))
             try:
-                plans.append(plan(wanted, seed=seed, effort=effort, bound=bound))
+                made = plan(wanted, seed=seed, effort=effort, bound=bound)
             except IdentifiabilityError:
                 continue
+            if made.assessment.identifiable:
+                plans.append(made)
         if plans:
             curves.append(curve_of(plans, most))
     return tuple(curves)

@@ -28,6 +28,7 @@ from elastocal.report.planned_stage import planned_stage
 from elastocal.report.run_sheet import run_sheet, tool_points, way_home
 from elastocal.report.scene import scene
 from elastocal.report.section import Chapter, PageSection, Values
+from elastocal.report.sections.blind import blind_sections
 from elastocal.report.verdict import bound_of, verdict
 from elastocal.wording.lists import counted
 from elastocal.wording.numbers import number
@@ -64,6 +65,7 @@ def plan_chapter(contents: Contents, *, alone: bool) -> Chapter | None:
         PageSection("robot", "Robot", _robot(plan, drawn), scene(plan, drawn)),
         PageSection("worth", "How good", _worth(plan, contents.random, contents.others)),
         PageSection("errors", "Errors", _errors(plan)),
+        *blind_sections(plan),
         PageSection("certificate", "Certificate", _certificate(plan, drawn, said.proof)),
         PageSection("constraints", "Constraints", constraints),
         PageSection("criteria", "Criteria", {"criteria": tables.criteria(plan, contents.others)}),
