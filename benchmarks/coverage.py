@@ -121,6 +121,13 @@ def mixed() -> Iterator[Case]:
         ("the whole preset", "nuisance: typical"),
     ):
         yield Case(f"{name}, 12 x 1", study_of(every, _FREE, text), apart, 1.0, 0.0, "known")
+    preset = study_of(every, _FREE, "nuisance: typical")
+    for ratio in (0.3, 1.0):
+        name = f"the whole preset, 4 x 3, σ estimated, promised/true {ratio:g}"
+        yield Case(name, preset, repeated, ratio, 0.0, "estimated")
+    three = study_of(every, _FREE, "nuisance: typical", _MARKERS)
+    name = "the whole preset, three markers, 4 x 3, σ estimated"
+    yield Case(name, three, repeated, 1.0, 0.0, "estimated")
 
 
 def held(case: Case, campaigns: int) -> tuple[Array, float, int]:

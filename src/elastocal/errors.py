@@ -30,6 +30,7 @@ Code = Literal[
     "noisier-than-promised",
     "quieter-than-promised",
     "few-degrees-of-freedom",
+    "noise-beside-errors",
     "unlike-noise",
     "model-error",
     "explains-little",

@@ -16,6 +16,7 @@ from elastocal.elastic.springs import VirtualJoints, joint_springs, merged
 from elastocal.elastic.tensors import against_the_load
 from elastocal.elastic.unknowns import Unknowns
 from elastocal.errors import IdentifiabilityError, InputError
+from elastocal.identification.doubts import doubts, is_weak
 from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
 from elastocal.identification.validation import leave_one_out, validate
@@ -252,14 +253,37 @@ def test_noise_is_found_where_repeats_show_it() -> None:
     assert found.lack_of_fit is not None
 
 
+def once(data: Measurements) -> Measurements:
+    """Each load case once."""
+    return chosen(data, np.array([1, 1, 0, 1, 1, 0, 0, 1, 1], dtype=bool))
+
+
 def test_noise_that_nothing_shows_is_not_estimated() -> None:
-    """One reading a load case, each with a discrepancy of its own."""
-    what = nuisance(CaseErrors(discrepancy=0.05))
+    """One reading a load case, each with a discrepancy that is as much as all that is read."""
+    what = nuisance(CaseErrors(discrepancy=1.0))
     arm, data = campaign(WHOLE, markers=1)
-    once = chosen(data, np.array([1, 1, 0, 1, 1, 0, 0, 1, 1], dtype=bool))
-    with pytest.raises(IdentifiabilityError, match="σ cannot be estimated"):
-        identify(arm, once, Fit("linear", "estimated"), nuisance=what)
-    assert np.isnan(identify(arm, once, LINEAR, nuisance=what).scale)
+    with pytest.raises(IdentifiabilityError, match="it is too small to be told"):
+        identify(arm, once(data), Fit("linear", "estimated"), nuisance=what)
+    assert np.isnan(identify(arm, once(data), LINEAR, nuisance=what).scale)
+
+
+def test_noise_is_found_beside_errors_that_are_smaller() -> None:
+    """Every coordinate has a discrepancy of its own, a tenth of the noise: enough is left."""
+    how = Fit("linear", "estimated")
+    arm, data = campaign(WHOLE, markers=2)
+    near = float(np.mean(data.length))
+    what = nuisance(CaseErrors(discrepancy=0.1 * SIGMA / near))
+    spoilt = replace(once(data), covariance=once(data).covariance / 16.0)
+    found = identify(arm, spoilt, how, nuisance=what)
+    alone = identify(arm, spoilt, how, nuisance=nuisance())
+    assert found.pure_dof == 0
+    assert alone.pure_dof > 3
+    assert found.scale == pytest.approx(alone.scale, rel=0.01)
+    assert found.model.dof == pytest.approx(alone.model.dof, rel=0.05)
+    told = [doubt for doubt in doubts(found) if doubt.code == "noise-beside-errors"]
+    assert [doubt.numbers for doubt in told] == [{"dof": found.model.dof}]
+    assert not is_weak(told[0])
+    assert "noise-beside-errors" not in [doubt.code for doubt in doubts(alone)]
 
 
 def test_robust_losses_do_not_know_nuisance() -> None:

@@ -16,7 +16,7 @@ from elastocal.fitting.least_squares import column_norms, inverse_root
 from elastocal.fitting.mixed import Rows, Spread, condensed, estimate
 
 FEW = 3
-"""Pure degrees of freedom from which on the likelihood alone serves."""
+"""Pure degrees of freedom from which on the likelihood alone serves; those of s², if none is."""
 
 _POINTS = 351
 _SPAN = 9.0  # of log s on either side of the scatter of the readings

@@ -22,7 +22,7 @@ _SHARES = 0.4  # correlation with a nuisance parameter that takes a good part of
 _CARRIES = 3.0  # growth of a standard error that makes an experiment indispensable
 _NOISY = 1.5  # noise over the promised one; robust scales have no exact distribution
 _EXPLAINED = 0.9  # share of the deflections that springs explain where nothing is missing
-_NOTES = ("model-may-lack", "nearly-parallel", "shared-with-nuisance")
+_NOTES = ("model-may-lack", "nearly-parallel", "noise-beside-errors", "shared-with-nuisance")
 _VAGUE = 0.3  # standard error over a compliance that is not worth much
 _SOFT = {"rad/(N·m)": 1e-3, "m/N": 1e-4}  # no joint of an arm is softer
 _FAR = 4.5  # residual over its own standard deviation that calls for a look
@@ -125,6 +125,8 @@ def _noise(found: Identification) -> Iterator[Doubt]:
     if found.nuisance is not None:
         if not found.how.estimates_sigma:
             yield from _more_than_stated(found)
+        elif not found.pure_dof:
+            yield Doubt("noise-beside-errors", numbers={"dof": found.model.dof})
         return
     yield from _scatter(found)
     if found.how.estimates_sigma and found.dof < _FEW:

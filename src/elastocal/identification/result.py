@@ -49,6 +49,7 @@ class Identification:
         noise_of_kinds: The same of positions and of rotations, each from its own residuals.
         chi_square: Sum of the squared residuals over their variances, promised ones.
         dof: Degrees of freedom: coordinates read, less unknowns.
+        pure_dof: Those that show the instrument's noise and nothing else, where it was found.
         lack_of_fit: What repeats say of the model; None without repeats.
         residual: (R, 3) measured minus modelled deflections [m, rad].
         weight: (R,) weights that a robust loss gave to the readings, 1 at most.
@@ -78,6 +79,7 @@ class Identification:
     noise_of_kinds: tuple[NoiseFound, ...]
     chi_square: float
     dof: int
+    pure_dof: int
     lack_of_fit: LackOfFit | None
     residual: Array
     weight: Array

@@ -56,8 +56,9 @@ def _no_freedom(doubt: Doubt) -> str:
     if "among_errors" not in doubt.numbers:
         return f"{said} leave no degree of freedom; use a known σ, or measure more"
     return (
-        f"{said} show the noise nowhere without the errors of load cases, which are in every "
-        "difference between them; use a known σ, leave these errors out, or fit the joints alone"
+        f"{said} show the noise nowhere by itself, and beside errors of load cases and what else "
+        "is known by its size it is too small to be told from them; use a known σ, read several "
+        "markers, or fit the joints alone"
     )
 
 

@@ -199,6 +199,11 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         f"σ is estimated from {doubt.numbers['dof']} degrees of freedom only: the intervals are "
         "wide"
     ),
+    "noise-beside-errors": lambda doubt: (
+        "no reading shows the noise by itself: σ is what they scatter beyond the errors of load "
+        f"cases of the sizes stated, {short(doubt.numbers['dof'])} degrees of freedom; if these "
+        "are smaller, it is larger"
+    ),
     "unlike-noise": lambda doubt: (
         f"positions scatter {short(doubt.numbers['positions'])} times as much as promised, "
         f"rotations {short(doubt.numbers['rotations'])} times: their weights do not fit to each "
