@@ -18,7 +18,17 @@ SOURCE = Path(elastocal.__file__).parent
 MODULES = sorted(SOURCE.rglob("*.py"))
 LONGEST = 400
 
-GROUND = ("arrays", "cores", "errors", "matrices", "names", "reading", "stopping", "writing")
+GROUND = (
+    "arrays",
+    "cores",
+    "errors",
+    "matrices",
+    "names",
+    "reading",
+    "squares",
+    "stopping",
+    "writing",
+)
 # Rooms in import order, with the rooms above that each may import besides the ground floor.
 MAY_IMPORT = {
     "core": "none",
@@ -33,8 +43,8 @@ MAY_IMPORT = {
     "identification": "wording robot elastic measuring fitting",
     "motion": "wording robot elastic constraints",
     "study": "core wording robot elastic constraints measuring design motion",
-    "simulation": "robot elastic measuring fitting identification study",
-    "planning": "all but compensation simulation",
+    "planning": "all but compensation",
+    "simulation": "robot elastic measuring fitting identification study planning",
     "programs": "wording robot elastic constraints study motion planning",
     "drawing": "wording robot elastic constraints study planning",
     "files": "all but programs drawing",

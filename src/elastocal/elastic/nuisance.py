@@ -14,6 +14,7 @@ from elastocal.arrays import Array, BoolArray, freeze
 from elastocal.elastic.case_errors import CaseErrors
 from elastocal.elastic.unknowns import Unknowns
 from elastocal.errors import InputError
+from elastocal.robot.chain import Robot
 
 
 @dataclass(frozen=True)
@@ -58,3 +59,24 @@ class Nuisance:
     def information(self) -> Array:
         """(u, u) inverse of the prior covariance [(N·m/rad)² or (N/m)²]."""
         return np.diag(self.deviation**-2.0)
+
+    @property
+    def expected(self) -> Array:
+        """(u,) means of the unknowns in truth: what cannot be below zero is a size [rad/(N·m) …].
+
+        A prior about zero has that size as its root mean square.
+        """
+        size = np.hypot(self.mean, self.deviation)
+        return np.asarray(np.where(self.signed, self.mean, np.sqrt(2.0 / np.pi) * size))
+
+
+def usual_compliances(robot: Robot, nuisance: Nuisance) -> dict[str, float]:
+    """Compliances of all that bends, joints and nuisance, as expected before, by spring.
+
+    Errors are shares of what the arm bends. With the joints alone, load cases in which these hardly
+    move anything would promise next to no errors.
+    """
+    unknowns = nuisance.unknowns
+    made = (unknowns.make @ nuisance.expected).tolist()
+    joints = zip(robot.joint_names, nuisance.nominal.tolist(), strict=True)
+    return dict(zip(unknowns.springs.names, made, strict=True)) | dict(joints)

@@ -14,10 +14,9 @@ from elastocal.arrays import Array, IntArray, frozen
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.case_errors import CaseErrors, shared_covariance
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.elastic.nuisance import Nuisance
-from elastocal.elastic.springs import joint_springs
 from elastocal.matrices import rank_of, scaled_inverse
 from elastocal.planning.with_errors import WithErrors
+from elastocal.squares import largest_likely
 from elastocal.study.study import Study
 
 
@@ -29,6 +28,9 @@ class Promise:
         rho0: Root mean square position error after compensation of all that is fitted, nuisance
             too, with the errors of load cases in the readings.
         rho0_each: The same at each test pose.
+        squares: The squared error is expected to be Σ w z² with these weights w [m²] and standard
+            normal numbers z, weighed over the test poses, mean of the points of a path.
+        covariance: (c, c) of the springs that are sought [(rad/(N·m))² or (m/N)²].
         standard_error: (p,) standard errors of the compliances to identify [rad/(N·m) or m/N].
         without: ρ0 if there were no nuisance: what a plan claims that knows none.
         uncompensated: What the springs of the nuisance move the tool at the test poses, by their
@@ -40,6 +42,8 @@ class Promise:
 
     rho0: float
     rho0_each: tuple[float, ...]
+    squares: Array
+    covariance: Array
     standard_error: Array
     without: float
     uncompensated: float
@@ -47,9 +51,14 @@ class Promise:
     discrepancy: float
     repeatability: float
 
+    @property
+    def limit(self) -> float:
+        """What the root mean square error stays below in 95 % of campaigns [m]."""
+        return largest_likely(self.squares)
+
 
 def promise(
-    study: Study, cases: LoadCases, repeats: IntArray, information: Array
+    study: Study, cases: LoadCases, repeats: IntArray, information: Array | None = None
 ) -> Promise | None:
     """What load cases, each measured `repeats` times, promise; None if the study knows no nuisance.
 
@@ -59,29 +68,32 @@ def promise(
         study: The study.
         cases: S load cases.
         repeats: (S,) repeats.
-        information: (f, f) information on all that is fitted by the noise of the instrument alone.
+        information: (f, f) information on all that is fitted by the noise of the instrument alone;
+            computed if not given.
 
     Source: ours.
     """
     nuisance = study.nuisance
     if nuisance is None:
         return None
+    if information is None:
+        each_case = study.space.information(cases)
+        information = study.prior + np.einsum("i,ijk->jk", repeats.astype(float), each_case)
     own = [study.fitted.names.index(name) for name in study.sought.names]
     beside = [study.fitted.names.index(name) for name in nuisance.names]
     plain = _inverse(information[np.ix_(own, own)])
     told = WithErrors(study, nuisance)
     covariance = _with_errors(told, cases, repeats, information)
     blocks = [pose.regressors for pose in study.test_poses]
-    each = np.array(
-        [_square(told.blocks(p), covariance) + told.other_cell(p) for p in study.test_poses]
-    )
+    moved = [told.blocks(pose) for pose in study.test_poses]
+    other = np.array([told.other_cell(pose) for pose in study.test_poses])
+    each = np.array([_square(a, covariance) for a in moved]) + other
     prior = np.diag(nuisance.deviation**2)
     errors = nuisance.errors
     floors = [
-        _floor(study, nuisance, CaseErrors(friction=errors.friction)),
+        _floor(told, CaseErrors(friction=errors.friction)),
         _floor(
-            study,
-            nuisance,
+            told,
             CaseErrors(
                 discrepancy=errors.discrepancy, discrepancy_length=errors.discrepancy_length
             ),
@@ -90,6 +102,8 @@ def promise(
     return Promise(
         rho0=_root(study, each),
         rho0_each=tuple(np.sqrt(each).tolist()),
+        squares=frozen(np.append(_weights(study, moved, covariance), study.shares @ other)),
+        covariance=frozen(covariance[np.ix_(own, own)]),
         standard_error=frozen(np.sqrt(np.diagonal(covariance))[study.wanted]),
         without=_root(study, np.array([_square(a[:, :, own], plain) for a in blocks])),
         uncompensated=_root(study, np.array([_square(a[:, :, beside], prior) for a in blocks])),
@@ -124,20 +138,34 @@ def _square(blocks: Array, covariance: Array) -> float:
     return float(((blocks @ covariance) * blocks).sum(axis=(1, 2)).mean())
 
 
+def _weights(study: Study, blocks: list[Array], covariance: Array) -> Array:
+    """Weights w so that Σ w z² is the mean square over the test poses, by their weights [m²]."""
+    if not np.isfinite(covariance).all():
+        return np.array([np.inf])
+    squares = sum(
+        share * np.einsum("nri,nrj->ij", a, a) / len(a)
+        for share, a in zip(study.shares.tolist(), blocks, strict=True)
+    )
+    scale = np.sqrt(np.diagonal(covariance))
+    size, axes = np.linalg.eigh(covariance / np.outer(scale, scale))
+    root = scale[:, None] * axes * np.sqrt(np.maximum(size, 0.0))
+    return np.asarray(np.maximum(np.linalg.eigvalsh(root.T @ squares @ root), 0.0))
+
+
 def _root(study: Study, squares: Array) -> float:
     """Root of the mean of squares over the test poses, by their weights."""
     shares = study.shares
     return float(np.sqrt(shares[shares > 0.0] @ squares[shares > 0.0]))
 
 
-def _floor(study: Study, nuisance: Nuisance, errors: CaseErrors) -> float:
+def _floor(told: WithErrors, errors: CaseErrors) -> float:
     """Root mean square of errors that are new with every load case, at the test poses [m]."""
-    squares = []
+    study, squares = told.study, []
     for pose in study.test_poses:
         if pose.cases is None or pose.tool is None:
             squares.append(0.0)
             continue
-        arm = ElasticArm(study.robot, joint_springs(study.robot), pose.tool.at_tcp, study.gravity)
-        found = shared_covariance(errors, arm, nuisance.nominal, pose.cases)
+        arm = ElasticArm(study.robot, told.bending, pose.tool.at_tcp, study.gravity)
+        found = shared_covariance(errors, arm, told.usual, pose.cases)
         squares.append(float(np.trace(found, axis1=1, axis2=2).mean()))
     return _root(study, np.array(squares))

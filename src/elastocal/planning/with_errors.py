@@ -15,9 +15,9 @@ from elastocal.arrays import Array, IntArray
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.case_errors import common_columns, own_covariance, shared_covariance
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.elastic.nuisance import Nuisance
+from elastocal.elastic.nuisance import Nuisance, usual_compliances
 from elastocal.elastic.regressor import regressor
-from elastocal.elastic.springs import joint_springs
+from elastocal.elastic.springs import VirtualJoints, joint_springs, merged
 from elastocal.robot.posture import Posture
 from elastocal.study.left_rigid import counted
 from elastocal.study.study import Study, TestPose
@@ -52,19 +52,30 @@ class WithErrors:
         known[:f, :f] = self.study.prior
         return known
 
+    @cached_property
+    def bending(self) -> VirtualJoints:
+        """The springs that errors are shares of: joints and nuisance."""
+        return merged(joint_springs(self.study.robot), self.nuisance.unknowns.springs)
+
+    @cached_property
+    def usual(self) -> Array:
+        """(c,) their compliances, as expected before [rad/(N·m) or m/N]."""
+        usual = usual_compliances(self.study.robot, self.nuisance)
+        return np.array([usual[name] for name in self.bending.names])
+
     def informations(self, cases: LoadCases, repeats: IntArray) -> Array:
         """(S, f + e, f + e) of S load cases, each measured `repeats` times, (S,).
 
         Source: ours; Aᵀ (V / n + S_shared + S_own / n)⁻¹ A, common errors as further unknowns.
         """
-        study, errors, nominal = self.study, self.nuisance.errors, self.nuisance.nominal
+        study, errors = self.study, self.nuisance.errors
         arm, count = study.fitted_arm, repeats.astype(float)[:, None, None]
-        joints = replace(arm, springs=joint_springs(study.robot))
+        bending, usual = replace(arm, springs=self.bending), self.usual
         rows = study.fitted.columns(regressor(arm, cases))
         noise = _noise(study, cases) / count
-        noise += shared_covariance(errors, joints, nominal, cases)
-        noise += own_covariance(errors, joints, nominal, cases) / count
-        _, common = common_columns(errors, joints, nominal, cases)
+        noise += shared_covariance(errors, bending, usual, cases)
+        noise += own_covariance(errors, bending, usual, cases) / count
+        _, common = common_columns(errors, bending, usual, cases)
         rows = np.concatenate([rows, common / _UNIT], axis=2)
         white = np.linalg.solve(np.linalg.cholesky(noise), rows)
         return np.asarray(white.transpose(0, 2, 1) @ white)
@@ -90,13 +101,14 @@ class WithErrors:
         return float((moved**2).sum(axis=1).mean())
 
     def _compensated(self, pose: TestPose | TestPath) -> Array:
-        """(N, r) deflection at a test pose by the joints that the study takes into account."""
+        """(N, r) deflection at a test pose by all that the study takes into account."""
         if pose.cases is None or pose.tool is None:
             return np.zeros(pose.regressors.shape[:2])
         study = self.study
-        there = [float(name in counted(study)) for name in study.robot.joint_names]
-        arm = ElasticArm(study.robot, joint_springs(study.robot), pose.tool.at_tcp, study.gravity)
-        return np.asarray(regressor(arm, pose.cases) @ (self.nuisance.nominal * there))
+        seen = (*counted(study), *self.nuisance.unknowns.springs.names)
+        there = [float(name in seen) for name in self.bending.names]
+        arm = ElasticArm(study.robot, self.bending, pose.tool.at_tcp, study.gravity)
+        return np.asarray(regressor(arm, pose.cases) @ (self.usual * there))
 
 
 def _noise(study: Study, cases: LoadCases) -> Array:
