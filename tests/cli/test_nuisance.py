@@ -88,15 +88,55 @@ def test_a_second_campaign_knows_what_is_asked_for_alone(folder: Path, tmp_path:
     assert json.loads(out.read_text("utf-8"))["covariance"]["order"] == ["J1", "J2", "J3"]
 
 
-def test_virtual_campaigns_go_without(folder: Path, tmp_path: Path) -> None:
-    given = ("--truth", folder / "truth.yaml", "--campaigns", "20", "-o", tmp_path / "c.json")
-    result = run("simulate", folder / "study.yaml", folder / "plan.json", *given)
-    assert result.exit_code == 0
-    assert "virtual campaigns know no nuisance" in flat(result.stderr)
-    found = json.loads((tmp_path / "c.json").read_text("utf-8"))
-    (one,) = found["plans"].values()
+def test_virtual_campaigns_are_on_robots_with_it(folder: Path, tmp_path: Path) -> None:
+    given = ("--truth", folder / "truth.yaml", "--campaigns", "10", "-o", tmp_path / "c.json")
     promise = json.loads((folder / "plan.json").read_text("utf-8"))["promise"]
-    assert one["rho0_mm"] == pytest.approx(promise["without_mm"], rel=1e-6)
+    for options, expected in (((), "rho0_mm"), (("--no-nuisance",), "without_mm")):
+        result = run("simulate", folder / "study.yaml", folder / "plan.json", *given, *options)
+        assert result.exit_code == 0, result.stderr
+        found = json.loads((tmp_path / "c.json").read_text("utf-8"))
+        assert found["nuisance"] == (not options)
+        (one,) = found["plans"].values()
+        assert one["rho0_mm"] == pytest.approx(promise[expected], rel=1e-6)
+        assert ("on a robot of its own" in flat(result.stdout)) == (not options)
+        assert "with 95 % below" in flat(result.stdout)
+
+
+def test_the_robot_that_was_drawn_is_kept(folder: Path, tmp_path: Path) -> None:
+    """With it as truth the next campaign is on the same robot, and so is compensation."""
+    truth = json.loads((folder / "m_truth.json").read_text("utf-8"))
+    assert set(truth["true_loads"]) == {"gain", "process_gain", "turn_deg"}
+    assert "tool sliding x" in truth["compliance"]
+    out = tmp_path / "again.csv"
+    ask = ["simulate", folder / "study.yaml", folder / "plan.json", "-o", out, "--seed", "0"]
+    said = done(*ask, "--truth", folder / "m_truth.json")
+    assert "truth" not in said
+    assert not (tmp_path / "again_truth.json").exists()
+    assert out.read_text("utf-8") == (folder / "m.csv").read_text("utf-8")
+    result = run(*ask, "--truth", folder / "m_truth.json", "--truth-out", tmp_path / "t.json")
+    assert result.exit_code == 2
+    assert "nothing is drawn" in result.stderr
+    bare = done(*ask, "--truth", folder / "truth.yaml", "--no-nuisance")
+    assert "truth" not in bare
+    assert out.read_text("utf-8") != (folder / "m.csv").read_text("utf-8")
+    result = run(*ask, "--truth", folder / "truth.yaml", "--no-nuisance", "--truth-out", out)
+    assert result.exit_code == 2
+
+
+@pytest.mark.parametrize(
+    ("loads", "wrong"),
+    [("{gain: .7}", "share"), ("{turn_deg: [0, 0, 100]}", "at most 90"), ("{gian: 0}", "gian")],
+)
+def test_loads_that_cannot_be_true_are_refused(
+    folder: Path, tmp_path: Path, loads: str, wrong: str
+) -> None:
+    (tmp_path / "t.yaml").write_text(f"{TRUTH}\ntrue_loads: {loads}\n", encoding="utf-8")
+    result = run(
+        "simulate", folder / "study.yaml", folder / "plan.json", "--truth", tmp_path / "t.yaml",
+        "-o", tmp_path / "m.csv",
+    )  # fmt: skip
+    assert result.exit_code == 2
+    assert wrong in result.stderr
 
 
 def test_the_report_shows_it(folder: Path, tmp_path: Path) -> None:

@@ -42,10 +42,8 @@ def test_predicted_errors_have_the_predicted_rms() -> None:
 
 
 def test_one_compliance_leaves_errors_of_a_half_normal_distribution() -> None:
-    one = replace(
-        hundred(), covariance=np.array([[2.5e-18]]), loss=np.array([[4e6]]), truth=np.zeros(1)
-    )
-    sigma = np.sqrt(2.5e-18 * 4e6)
+    one = replace(hundred(), squares=np.array([1e-11]))
+    sigma = np.sqrt(1e-11)
     for share in (0.1, 0.5, 0.9):
         expected = stats.halfnorm.ppf(share, scale=sigma)
         assert np.quantile(predicted_total(one), share) == pytest.approx(expected, rel=0.02)
@@ -108,7 +106,7 @@ def test_kept_promises_and_broken_ones() -> None:
         assert [doubt.code for doubt in doubts] == codes
     assert doubts[0].about == ("published",)
     assert doubts[0].numbers["ratio"] == pytest.approx(1.01 * off)
-    narrow = plan.standard_error.copy()
-    narrow[:, 3] *= 0.5
-    (doubt,) = doubts_of_campaigns(replace(found, plans=(replace(plan, standard_error=narrow),)))
+    narrow = plan.inside.copy()
+    narrow[:30, 3] = False
+    (doubt,) = doubts_of_campaigns(replace(found, plans=(replace(plan, inside=narrow),)))
     assert (doubt.code, doubt.about, doubt.because) == ("not-covered", ("A5",), ("published",))

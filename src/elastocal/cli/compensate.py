@@ -62,8 +62,8 @@ def compensate_command(
     from elastocal.cli.inputs import errors_of, load, models_at, sources_of, start_of, tool_called
     from elastocal.cli.programs import converted
     from elastocal.compensation.compensate import RULES, residual
-    from elastocal.files.models.model_file import read_model
     from elastocal.files.models.stiffness_section import pose_entries
+    from elastocal.files.models.truth_file import read_truth
     from elastocal.files.paths.corrected_file import corrected_document, write_corrected
     from elastocal.files.paths.path_file import read_path
     from elastocal.files.study.study_file import read_study
@@ -87,8 +87,9 @@ def compensate_command(
     done = RULES[rule](arm, compliances, task.cases, errors_of(study))
     remaining = None
     if truth is not None:
-        true = read_model(truth, study.robot)
-        remaining = residual(replace(arm, springs=true.springs), true, done)
+        true = read_truth(truth, study.robot)
+        bent = replace(arm, springs=true.model.springs)
+        remaining = residual(bent, true.model, done, gain=true.process_gain)
     there = at_test_poses(study, compliances, quantile(0.975, compliances.dof))
     if as_json:
         document = corrected_document(done, task, remaining)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast, get_args
 
@@ -50,6 +51,17 @@ def simulate_command(
             show_default=False,
         ),
     ] = None,
+    no_nuisance: Annotated[
+        bool,
+        typer.Option("--no-nuisance", help="A robot without what the study says of nuisance."),
+    ] = False,
+    truth_out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Robot that was drawn, a model file; beside the measurements if not named.",
+            show_default=False,
+        ),
+    ] = None,
     linear: Annotated[
         bool, typer.Option("--linear", help="Deflections of the linear model, for statistics.")
     ] = False,
@@ -81,7 +93,11 @@ def simulate_command(
     seed: Seed = 0,
     as_json: Json = False,
 ) -> None:
-    """Simulate what a plan would measure on a robot whose compliances are known."""
+    """Simulate what a plan would measure on a robot whose compliances are known.
+
+    A study with nuisance has it on a robot that has some, too: what the truth does not say of it is
+    drawn by chance, and written to a file. With that as truth further campaigns are on that robot.
+    """
     import numpy as np
 
     from elastocal.cli.inputs import (
@@ -93,16 +109,23 @@ def simulate_command(
     from elastocal.cli.origins import note_origin, refuse_false_claims
     from elastocal.files.measurements.measurement_file import write_measurements
     from elastocal.files.models.campaign_file import write_campaigns
-    from elastocal.files.models.model_file import read_model
+    from elastocal.files.models.truth_file import read_truth, write_truth
     from elastocal.files.plans.proposal_file import study_for
     from elastocal.files.study.study_file import read_study
     from elastocal.identification.fit import Fit
     from elastocal.simulation.monte_carlo import campaigns
+    from elastocal.simulation.true_robot import true_robot
     from elastocal.simulation.virtual_campaign import LoadError, Outliers, Reality, simulate
+    from elastocal.study.two_steps import with_nuisance
 
     out = out or Path("measurements.csv" if number is None else "campaigns.json")
     if number is None and (random or picture is not None):
         raise InputError("--random and --picture need --campaigns: how many to simulate")
+    if truth_out is not None and (number is not None or no_nuisance):
+        raise InputError(
+            "--truth-out is the robot of one campaign with nuisance; leave it out with --campaigns "
+            "and --no-nuisance"
+        )
     given = [study_file, truth, *plans]
     kind, suffix = ("measurements", ".csv") if number is None else ("campaigns", ".json")
     if picture is not None:
@@ -113,27 +136,41 @@ def simulate_command(
         if file is not None:
             writable(file, *sources_of(study, study_file))
             replaceable(file, what, force=force)
-    true = read_model(truth, study.robot)
+    true = read_truth(truth, study.robot)
     reality = Reality(
         LoadError(load_error_percent / 100.0, float(np.radians(load_direction_deg))),
         Outliers(outliers_percent / 100.0, outlier_mm / 1e3),
         linear,
+        None if no_nuisance else true.loads,
     )
     note_parted(plans)
     if number is None:
         plan = only_proposal(plans, study)
         note_origin(plan.name, plan, study, study_for(plan, study).known)
         refuse_false_claims(plan.name, plan, study)
+        study = with_nuisance(study, None) if no_nuisance else study
         rng = np.random.default_rng(seed)
-        made = simulate(study, true, plan.load_cases, plan.repeats, rng, reality=reality)
+        robot = true_robot(study, true.model, np.random.default_rng([seed, 1]), true.loads)
+        reality = replace(reality, loads=robot.loads, errors=robot.errors)
+        kept = None
+        if robot.drawn:
+            kept = truth_out or out.with_name(f"{out.stem}_truth.json")
+            writable(kept, *given, *sources_of(study, study_file), out, suffix=".json")
+            replaceable(kept, "model", force=force)
+        elif truth_out is not None:
+            raise InputError(f"{truth_out}: nothing is drawn, {truth} says all of the robot")
+        made = simulate(study, robot.model, plan.load_cases, plan.repeats, rng, reality=reality)
         write_measurements(made, study.robot, out)
-        _say_measurements(made, out, as_json)
+        if kept is not None:
+            write_truth(robot, kept, study.robot)
+        _say_measurements(made, out, kept, as_json)
         return
     proposed = proposals(plans, study)
     written, study = study, knowing_as(study, proposed)
     for name, proposal in proposed.items():
         note_origin(name, proposal, written, study.known)
         refuse_false_claims(name, proposal, written)
+    study = with_nuisance(study, None) if no_nuisance else study
     named = {name: (p.load_cases, p.repeats) for name, p in proposed.items()}
     if study.prior[np.ix_(study.wanted, study.wanted)].any():
         print(
@@ -141,18 +178,12 @@ def simulate_command(
             "of the experiments alone",
             file=sys.stderr,
         )
-    if study.nuisance is not None:
-        print(
-            "note: virtual campaigns know no nuisance, neither in what they read nor in the fit; "
-            "ρ0 here is that without",
-            file=sys.stderr,
-        )
     from elastocal.terminal.progress import progress
 
     with progress("campaigns") as tell:
         result = campaigns(
             study,
-            true,
+            true.model,
             named,
             number,
             seed=seed,
@@ -176,7 +207,7 @@ def _draw(result: MonteCarlo, picture: Path) -> None:
     write_text(picture, campaigns_picture(result))
 
 
-def _say_measurements(made: Measurements, out: Path, as_json: bool) -> None:
+def _say_measurements(made: Measurements, out: Path, truth: Path | None, as_json: bool) -> None:
     """What one virtual campaign came to."""
     import numpy as np
 
@@ -191,6 +222,7 @@ def _say_measurements(made: Measurements, out: Path, as_json: bool) -> None:
                 "largest_deflection_mm": 1e3 * largest,
                 **({} if turned is None else {"largest_rotation_mrad": 1e3 * turned}),
                 "source": made.source,
+                **({} if truth is None else {"truth": str(truth)}),
             }
         )
     else:
@@ -201,6 +233,8 @@ def _say_measurements(made: Measurements, out: Path, as_json: bool) -> None:
             f"wrote {out}: {counted(len(made.cases), 'experiment')}, "
             f"{counted(len(made), 'reading')}, deflections up to {1e3 * largest:.4g} mm{rotations}"
         )
+        if truth is not None:
+            print(f"wrote {truth}: the robot that was measured, its nuisance by chance")
 
 
 def _say_campaigns(

@@ -29,6 +29,7 @@ from elastocal.errors import InputError
 from elastocal.files.measurements.suspicious import kept_aside
 from elastocal.files.models.provenance_section import made_from
 from elastocal.files.models.reading_marks import without_used
+from elastocal.files.models.truth_file import read_truth
 from elastocal.files.paths.path_file import read_path
 from elastocal.fitting.goodness import quantile
 from elastocal.identification.fit import Fit
@@ -41,6 +42,7 @@ from elastocal.report import html
 from elastocal.report.contents import Contents
 from elastocal.simulation.campaigns import MonteCarlo
 from elastocal.simulation.monte_carlo import campaigns
+from elastocal.simulation.true_robot import TrueRobot
 from elastocal.study.at_test_poses import AtTestPose, at_test_poses
 from elastocal.study.study import Study
 from elastocal.terminal.progress import progress
@@ -52,7 +54,7 @@ _RANDOM = 2000  # random plans to compare with
 def stages(study: Study, files: Files, tool: str | None, confidence: float) -> Contents:
     """Identification, validation and compensation: recomputed from the files, not read of them."""
     Fit(confidence=confidence)  # refuses what is none
-    truth = model_at(files.truth, study.robot)
+    truth = None if files.truth is None else read_truth(files.truth, study.robot)
     if files.model is not None:
         note_model(files.model, study)
     model = None if files.measurements else model_at(files.model, study.robot)
@@ -147,18 +149,16 @@ def _validated(
     return validate(study.arm, model, kept, confidence=confidence, identified=before, errors=errors)
 
 
-def with_compensation(
-    contents: Contents, done: Compensation, truth: ComplianceModel | None
-) -> Contents:
+def with_compensation(contents: Contents, done: Compensation, truth: TrueRobot | None) -> Contents:
     """Contents with a corrected path, judged by the truth if that is known."""
     if truth is None:
         return replace(contents, compensation=done)
-    arm = replace(done.arm, springs=truth.springs)
+    arm, gain = replace(done.arm, springs=truth.model.springs), truth.process_gain
     return replace(
         contents,
         compensation=done,
-        judged=residual(arm, truth, done),
-        control=residual(arm, truth, mirrored(done)),
+        judged=residual(arm, truth.model, done, gain=gain),
+        control=residual(arm, truth.model, mirrored(done), gain=gain),
     )
 
 

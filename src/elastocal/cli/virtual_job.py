@@ -42,6 +42,7 @@ from elastocal.measuring.measurements import Measurements
 from elastocal.planning.plan import Plan, plan
 from elastocal.report.contents import Contents
 from elastocal.simulation.campaigns import MonteCarlo
+from elastocal.simulation.true_robot import TrueRobot
 from elastocal.simulation.virtual_campaign import simulate
 from elastocal.study.at_test_poses import at_test_poses
 from elastocal.study.study import Study
@@ -212,7 +213,7 @@ def _compensate(
     task = read_path(folder / "path.csv", study.robot, tool, start_of(study, tool))
     arm = replace(study.arm, springs=model.springs, tool=tool)
     done = compensate(arm, model, task.cases, errors_of(study))
-    contents = with_compensation(contents, done, truth)
+    contents = with_compensation(contents, done, TrueRobot(truth))
     write_corrected(done, task, folder / "corrected.csv")
     show_compensation(done, task, contents.judged)
     return contents

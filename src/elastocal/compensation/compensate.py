@@ -194,7 +194,9 @@ def mirrored(compensation: Compensation) -> Compensation:
     return replace(compensation, q=2.0 * compensation.cases.q - compensation.q)
 
 
-def residual(arm: ElasticArm, truth: ComplianceModel, compensation: Compensation) -> Array:
+def residual(
+    arm: ElasticArm, truth: ComplianceModel, compensation: Compensation, *, gain: float = 0.0
+) -> Array:
     """(N, 3) error of the TCP that remains if the arm is in truth as `truth` says [m].
 
     Judged by the nonlinear equilibrium of the true arm at the corrected configurations, against
@@ -205,6 +207,7 @@ def residual(arm: ElasticArm, truth: ComplianceModel, compensation: Compensation
         arm: The true arm, which may have other springs than the model.
         truth: Its compliances.
         compensation: What was corrected, by whatever model.
+        gain: By which share the loads of the task are larger than is said.
 
     Raises:
         InputError: arm and truth have different springs.
@@ -212,7 +215,8 @@ def residual(arm: ElasticArm, truth: ComplianceModel, compensation: Compensation
     wanted = tcp_poses(arm, compensation.cases.q, _idle(arm, truth, compensation.cases.q))
     reached = np.full((len(compensation), 3), np.nan)
     there = np.isfinite(compensation.q).all(axis=1)
-    cases = LoadCases(compensation.q[there], compensation.cases.wrench[there])
+    wrench = (1.0 + gain) * compensation.cases.wrench[there]
+    cases = LoadCases(compensation.q[there], wrench)
     rest = equilibrium(arm, truth.compliance, cases)
     reached[there] = tcp_poses(arm, cases.q, stable(rest))[:, :3, 3]
     return np.asarray(reached - wanted[:, :3, 3])

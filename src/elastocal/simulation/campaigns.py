@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastocal.arrays import Array
+from elastocal.arrays import Array, BoolArray
 from elastocal.identification.fit import Fit
+from elastocal.squares import largest_likely
 
 
 @dataclass(frozen=True)
@@ -20,12 +21,13 @@ class Campaigns:
         truth: (p,) true compliances [rad/(N·m) or m/N].
         estimate: (K, p) estimates.
         standard_error: (K, p) as each campaign reports them.
-        quantile: Half width of a 95 % interval in standard errors.
+        inside: (K, p) whether the 95 % intervals that they report hold the truth.
         covariance: (p, p) predicted from the plan alone.
         error: (K, T) distance between target and tool at the test poses after compensation [m]; of
             a path its root mean square.
         weight: (T,) weights of the test poses, of sum 1.
-        loss: (p, p) matrix Q of the squared error dkᵀ Q dk over the test poses, to first order.
+        squares: The squared error over the test poses is predicted to be Σ w z² with these weights
+            w [m²] and standard normal numbers z, to first order.
         rho0_each: (T,) predicted root mean squares of `error` [m].
 
     Source: paper eqs. (13), (17), (20).
@@ -36,11 +38,11 @@ class Campaigns:
     truth: Array
     estimate: Array
     standard_error: Array
-    quantile: float
+    inside: BoolArray
     covariance: Array
     error: Array
     weight: Array
-    loss: Array
+    squares: Array
     rho0_each: Array
 
     @property
@@ -61,13 +63,22 @@ class Campaigns:
     @property
     def coverage(self) -> Array:
         """(p,) share of the 95 % intervals that contain the truth."""
-        off = np.abs(self.estimate - self.truth)
-        return np.asarray(np.mean(off <= self.quantile * self.standard_error, axis=0))
+        return np.asarray(np.mean(self.inside, axis=0))
 
     @property
     def rho0(self) -> float:
         """Predicted root mean square error over test poses and campaigns [m]."""
         return float(np.sqrt(self.weight @ self.rho0_each**2))
+
+    @property
+    def limit(self) -> float:
+        """What `total` is predicted to stay below in 95 % of the campaigns [m]."""
+        return largest_likely(self.squares)
+
+    @property
+    def within(self) -> float:
+        """Share of the campaigns in which it does."""
+        return float(np.mean(self.total <= self.limit))
 
     @property
     def total(self) -> Array:
@@ -145,6 +156,7 @@ class MonteCarlo:
         seed: Seed of the first.
         how: How they were fitted.
         linear: Whether the truth was linear.
+        nuisance: Whether each campaign was on a robot of its own, with nuisance, which was fitted.
         random: Campaigns of random plans beside; None if there are none.
     """
 
@@ -157,3 +169,4 @@ class MonteCarlo:
     how: Fit
     linear: bool
     random: RandomCampaigns | None = None
+    nuisance: bool = False

@@ -35,8 +35,8 @@ from elastocal.simulation.virtual_campaign import (
     simulate,
     virtual_readings,
 )
+from elastocal.simulation.with_nuisance import campaigns_of_robots
 from elastocal.study.study import Study
-from elastocal.study.two_steps import with_nuisance
 
 _POOL = 20_000  # random load cases that random plans are drawn from
 
@@ -79,8 +79,8 @@ def campaigns(
 
     Springs of the truth that the study does not identify bend in the experiments, and are known to
     the fit and to the compensation: what is compared is how well the plans find the others. What
-    the study knows with an uncertainty is known to each campaign with an error drawn from it. What
-    it knows of nuisance is left out.
+    the study knows with an uncertainty is known to each campaign with an error drawn from it. A
+    study that knows nuisance has each campaign on a robot of its own: see `with_nuisance`.
 
     Args:
         study: Robot, springs to identify, tool, instrument, test poses.
@@ -102,9 +102,54 @@ def campaigns(
         EquilibriumError: the arm gives way.
     """
     how, reality = how or Fit(), reality or Reality()
-    study = with_nuisance(study, None)
-    linear, arm = reality.linear, study.fitted_arm
+    linear = reality.linear
     _check(study, truth, number, how)
+    result = MonteCarlo(
+        springs=study.sought.names,
+        known=tuple(n for n in truth.names if n not in study.fitted.springs.names),
+        test_poses=tuple(pose.name for pose in study.test_poses),
+        plans=(),
+        number=number,
+        seed=seed,
+        how=how,
+        linear=linear,
+        nuisance=study.nuisance is not None,
+    )
+    done = campaigns_of_robots if result.nuisance else _alike
+    result = replace(
+        result,
+        plans=done(
+            study,
+            truth,
+            plans,
+            number,
+            seed=seed,
+            workers=workers,
+            how=how,
+            reality=reality,
+            progress=progress or (lambda what, share: None),
+        ),
+    )
+    if not random:
+        return result
+    beside = _random_campaigns(study, truth, result, random, reality, progress)
+    return replace(result, random=beside)
+
+
+def _alike(
+    study: Study,
+    truth: ComplianceModel,
+    plans: Mapping[str, tuple[LoadCases, IntArray]],
+    number: int,
+    *,
+    seed: int,
+    workers: int,
+    how: Fit,
+    reality: Reality,
+    progress: Progress,
+) -> tuple[Campaigns, ...]:
+    """Campaigns of every plan, all on the same robot, in batches."""
+    linear, arm = reality.linear, study.fitted_arm
     judges = tuple(judge(arm, truth, pose, linear=linear) for pose in study.test_poses)
     shared: dict[str, _Plan] = {}
     for name, (planned, times) in plans.items():
@@ -134,20 +179,7 @@ def campaigns(
     for name in plans:
         parts = [d for job, d in zip(jobs, done, strict=True) if job[0] == name]
         found.append(_collected(study, truth, name, shared[name], parts))
-    result = MonteCarlo(
-        springs=study.sought.names,
-        known=tuple(n for n in truth.names if n not in study.sought.names),
-        test_poses=tuple(pose.name for pose in study.test_poses),
-        plans=tuple(found),
-        number=number,
-        seed=seed,
-        how=how,
-        linear=linear,
-    )
-    if not random:
-        return result
-    beside = _random_campaigns(study, truth, result, random, reality, progress)
-    return replace(result, random=beside)
+    return tuple(found)
 
 
 def _random_campaigns(
@@ -230,10 +262,9 @@ def _run(
     shared: dict[str, _Plan],
     jobs: list[tuple[str, int, np.random.SeedSequence]],
     workers: int,
-    progress: Progress | None,
+    tell: Progress,
 ) -> list[tuple[Array, Array, Array]]:
     """The results of all chunks, in order."""
-    tell = progress or (lambda what, share: None)
     done: list[tuple[Array, Array, Array]] = []
     parts = [
         (name, own[i : i + _PART])
@@ -307,17 +338,22 @@ def _collected(
     weight = study.shares
     loss = sum(w * p.regressor.T @ p.regressor for w, p in zip(weight, poses, strict=True))
     dof = float(design.dof) if plan.how.estimates_sigma else np.inf
+    truth_of = truth.of(study.sought.names)
+    width = quantile(0.975, dof)
+    scale = np.sqrt(np.diagonal(covariance))
+    root = np.linalg.cholesky(covariance / np.outer(scale, scale)) * scale[:, None]
+    squares = np.maximum(np.linalg.eigvalsh(root.T @ loss @ root), 0.0)
     return Campaigns(
         name=name,
         experiments=len(design.case),
-        truth=frozen(truth.of(study.sought.names)),
+        truth=frozen(truth_of),
         estimate=frozen(estimate),
         standard_error=frozen(error),
-        quantile=quantile(0.975, dof),
+        inside=frozen(np.abs(estimate - truth_of) <= width * error, np.bool_),
         covariance=frozen(covariance),
         error=frozen(left),
         weight=frozen(weight),
-        loss=frozen(loss),
+        squares=frozen(squares),
         rho0_each=frozen(
             [np.sqrt(np.trace(p.regressor @ covariance @ p.regressor.T)) for p in poses]
         ),

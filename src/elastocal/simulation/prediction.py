@@ -82,11 +82,9 @@ def chance(number: int) -> Chance:
 
 
 def predicted_total(plan: Campaigns) -> Array:
-    """(S,) errors as `Campaigns.total`, drawn from the covariance predicted [m]."""
-    root = _root(plan.covariance)
-    sizes = np.maximum(np.linalg.eigvalsh(root.T @ plan.loss @ root), 0.0)
-    normal = np.random.default_rng(0).standard_normal((_SAMPLE, len(sizes)))
-    return np.asarray(np.sqrt(normal**2 @ sizes))
+    """(S,) errors as `Campaigns.total`, drawn from what is predicted [m]."""
+    normal = np.random.default_rng(0).standard_normal((_SAMPLE, len(plan.squares)))
+    return np.asarray(np.sqrt(normal**2 @ plan.squares))
 
 
 def doubts_of_campaigns(found: MonteCarlo) -> tuple[Doubt, ...]:

@@ -12,14 +12,17 @@ import numpy as np
 
 from elastocal.arrays import Array, IntArray
 from elastocal.elastic.arm import ElasticArm
+from elastocal.elastic.case_errors import CaseErrors
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.deflections import loaded_deflection, markers_at
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.elastic.regressor import deflection
+from elastocal.elastic.regressor import regressor
 from elastocal.elastic.tensors import against_the_load
+from elastocal.elastic.true_loads import TrueLoads
 from elastocal.errors import InputError
 from elastocal.measuring.instrument import Instrument
 from elastocal.measuring.measurements import Measurements
+from elastocal.simulation.new_each_time import come_back, rubbed, unexplained
 from elastocal.study.study import Study
 
 
@@ -71,11 +74,26 @@ class Reality:
         outliers: Gross errors.
         linear: Deflections of the linear model instead of the equilibrium: for statistics of an
             estimator, not for its application.
+        loads: How all loads together differ from recorded ones. None: not at all; where each
+            campaign is on a robot of its own, as the study lets them.
+        errors: What is new with every load case, load or approach; what is common to all loads
+            does not count. None: nothing; where each campaign is on a robot of its own, what the
+            study says.
     """
 
     load_error: LoadError = field(default_factory=LoadError)
     outliers: Outliers = field(default_factory=Outliers)
     linear: bool = False
+    loads: TrueLoads | None = None
+    errors: CaseErrors | None = None
+
+    @property
+    def each_load(self) -> LoadError:
+        """How loads differ anew in each experiment, whoever says so."""
+        given, errors = self.load_error, self.errors or CaseErrors()
+        return LoadError(
+            float(np.hypot(given.size, errors.gain)), float(np.hypot(given.direction, errors.tilt))
+        )
 
 
 @dataclass(frozen=True)
@@ -118,14 +136,10 @@ def simulate(
         InputError: a compliance is negative.
     """
     case = np.repeat(np.arange(len(cases)), repeats)
-    by_noise, by_load, by_outlier = rng.spawn(3)
+    by_noise, by_load, by_outlier, by_case = rng.spawn(4)
     reality = reality or Reality()
     ideal = virtual_readings(study.arm, study.instrument, truth, cases, linear=reality.linear)
-    true = ideal.deflection[case]
-    if reality.load_error.size or reality.load_error.direction:
-        wrench = disturbed(cases.wrench[case], reality.load_error, by_load)
-        acting = LoadCases(cases.q[case], wrench)
-        true = deflections(ideal.arm, truth.compliance, acting, reality.linear)
+    true = moved(ideal, truth.compliance, cases, case, reality, by_load, by_case)
     covariance = ideal.covariance[case]
     read = true + noise(ideal.covariance, case, by_noise)
     if reality.outliers.share:
@@ -144,6 +158,56 @@ def simulate(
         covariance=covariance.reshape(-1, 3, 3),
         source=f"simulated, {kind} truth: {truth.source or 'given'}",
     )
+
+
+def moved(
+    ideal: VirtualReadings,
+    compliance: Array,
+    cases: LoadCases,
+    case: IntArray,
+    reality: Reality,
+    by_load: np.random.Generator,
+    by_case: np.random.Generator,
+) -> Array:
+    """(N, T, 3) how the targets move in N experiments, before anybody reads it [m, rad].
+
+    Args:
+        ideal: How they would if nothing but the compliances were in it.
+        compliance: (c,) true compliances.
+        cases: S load cases, as they are recorded.
+        case: (N,) which of them each experiment is of.
+        reality: What is in it besides.
+        by_load: Source of chance for what each load has of its own.
+        by_case: The same for what each load case has, and each approach.
+    """
+    errors, loads = reality.errors or CaseErrors(), reality.loads or TrueLoads()
+    each = reality.each_load
+    by_joint, by_misfit, by_approach = by_case.spawn(3)
+    wrench, true = cases.wrench[case], ideal.deflection[case]
+    if loads.gain or loads.turn.any():
+        turn = np.tile(loads.turn, (len(wrench), 1))
+        grown = (1.0 + loads.gain) * wrench
+        wrench = np.hstack([_turned(grown[:, :3], turn), _turned(grown[:, 3:], turn)])
+    if each.size or each.direction:
+        wrench = disturbed(wrench, each, by_load)
+    same = cases.distinct
+    number = int(same.max(initial=-1)) + 1
+    if errors.friction:
+        own = rubbed(errors.friction, compliance, ideal.arm.springs.joint >= 0, number, by_joint)
+        compliance = own[same[case]]
+    if errors.friction or not np.array_equal(wrench, cases.wrench[case]):
+        acting = LoadCases(cases.q[case], wrench)
+        true = deflections(ideal.arm, compliance, acting, reality.linear)
+    tool = ideal.arm.tool
+    if errors.discrepancy or errors.discrepancy_length:
+        _, first = np.unique(same, return_index=True)
+        off = unexplained(errors, ideal.deflection[first], len(tool.markers), by_misfit)
+        true = true + off[same[case]]
+    if errors.repeatability:
+        true = true + come_back(
+            errors.repeatability, len(case), len(tool.targets), len(tool.markers), by_approach
+        )
+    return true
 
 
 def virtual_readings(
@@ -170,10 +234,14 @@ def virtual_readings(
 
 
 def deflections(arm: ElasticArm, compliance: Array, cases: LoadCases, linear: bool) -> Array:
-    """(N, T, 3) deflections of the targets of a true arm [m, rad]; linear ones if `linear`."""
+    """(N, T, 3) deflections of the targets of a true arm [m, rad]; linear ones if `linear`.
+
+    `compliance` is (c,), or (N, c) where each load case has its own.
+    """
     if linear:
-        rows = deflection(arm, compliance, cases)
-        rows = rows if arm.tool.rotation else rows[:, :-3]
+        blocks = regressor(arm, cases)
+        each = np.broadcast_to(compliance, (len(cases), blocks.shape[2]))
+        rows = np.einsum("nrc,nc->nr", blocks, each)
     else:
         rows = loaded_deflection(arm, compliance, cases)
     return np.asarray(rows).reshape(len(cases), -1, 3)

@@ -17,6 +17,18 @@ def show_campaigns(found: MonteCarlo) -> None:
     whole(_estimates(found))
     if found.random is not None:
         out.print(Text(_random(found.random)))
+    if found.nuisance:
+        out.print(
+            "Each campaign was on a robot of its own, with the nuisance of the study, and fitted "
+            "it; ρ0 is what the plan promises. Friction and discrepancy at the task come on top."
+        )
+    for one in found.plans:
+        out.print(
+            Text(
+                f"{one.name}: with 95 % below {1e6 * one.limit:.4g} µm by the plan; "
+                f"{100 * one.within:.1f} % of the campaigns were."
+            )
+        )
     if found.known:
         names = ", ".join(found.known)
         out.print(Text(f"{names}: not identified in this study; taken as known."))

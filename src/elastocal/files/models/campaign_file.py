@@ -32,6 +32,7 @@ def campaigns_document(found: MonteCarlo, springs: VirtualJoints) -> dict[str, A
         "seed": found.seed,
         "fit": {"model": found.how.model, "sigma": found.how.sigma},
         "linear_truth": found.linear,
+        "nuisance": found.nuisance,
         "taken_as_known": list(found.known),
         "test_poses": list(found.test_poses),
         "plans": {one.name: _plan(found, one, springs) for one in found.plans},
@@ -69,6 +70,8 @@ def _plan(found: MonteCarlo, one: Campaigns, springs: VirtualJoints) -> dict[str
         "experiments": one.experiments,
         "rho0_mm": 1e3 * one.rho0,
         **_sizes(one),
+        "limit_95_mm": 1e3 * one.limit,
+        "share_within": one.within,
         "each_test_pose_mm": {
             name: {"rho0": 1e3 * float(rho), "rms": 1e3 * float(rms)}
             for name, (rho, rms) in zip(found.test_poses, each, strict=True)

@@ -16,6 +16,8 @@ import numpy as np
 from elastocal.arrays import Array, unset
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.springs import VirtualJoints
+from elastocal.elastic.tensors import against_the_load
+from elastocal.elastic.true_loads import TrueLoads
 from elastocal.errors import InputError, ModelFileError, StudyError
 from elastocal.files.compliance_units import factor_to_si
 from elastocal.files.models.claims import (
@@ -25,6 +27,7 @@ from elastocal.files.models.claims import (
     ProvenanceFile,
     refuse_false_claims,
 )
+from elastocal.files.models.true_loads import TrueLoadsFile
 from elastocal.files.problems import first_problem
 from elastocal.files.sections import After, Before, Section, SectionError, fresh
 from elastocal.files.study.springs import SpringFile, extra_springs, in_chain_order
@@ -103,6 +106,7 @@ class ModelFile(Section):
     noise_scale: Annotated[Finite | None, After(_above_zero)] = None
     identification: IdentificationFile | None = None
     diagnostics: DiagnosticsFile | None = None
+    true_loads: TrueLoadsFile | None = None
 
 
 def read_model(path: str | Path, robot: Robot, *, believed: bool = True) -> ComplianceModel:
@@ -136,6 +140,20 @@ def model_sections(path: str | Path) -> dict[str, dict[str, Any]]:
     """
     document = _read(Path(path), lambda _, document: document)
     return {key: document.get(key) or {} for key in ("provenance", "identification", "diagnostics")}
+
+
+def true_loads_in(path: str | Path) -> TrueLoads | None:
+    """How loads of a virtual robot differ from what is recorded; None if the file does not say.
+
+    Raises:
+        ModelFileError: not a model file.
+    """
+
+    def loads(file: ModelFile, _: dict[str, Any]) -> TrueLoads | None:
+        with at("true_loads"):
+            return None if file.true_loads is None else file.true_loads.loads()
+
+    return _read(Path(path), loads)
 
 
 def readings_in(path: str | Path) -> tuple[str, ...]:
@@ -207,13 +225,14 @@ def model_of(file: ModelFile, robot: Robot, name: str) -> ComplianceModel:
                         f"spring {spring!r} has a compliance and a stiffness; give one"
                     )
                 kind = _joint_kind(spring, extra, robot)
-                values[spring] = _compliance(quantity, spring, entry, kind)
+                values[spring] = _compliance(quantity, spring, entry, kind, spring in extra)
     if not values:
         raise LocatedError((), "no compliances: give compliance or stiffness by joint name")
     missing = [spring for spring in extra if spring not in values]
     if missing:
         raise LocatedError(("springs", missing[0]), f"spring {missing[0]!r} has no compliance")
     springs = in_chain_order(values, extra, robot)
+    _refuse_pushing(springs, values)
     errors = {spring: error for spring, (_, error) in values.items() if error is not None}
     with at("covariance"):
         covariance = _covariance(file.covariance, springs.names, errors)
@@ -239,6 +258,19 @@ def model_of(file: ModelFile, robot: Robot, name: str) -> ComplianceModel:
         task_covariance=at_task,
         model_error=1e-3 * file.model_error_mm,
     )
+
+
+def _refuse_pushing(springs: VirtualJoints, values: dict[str, tuple[float, float | None]]) -> None:
+    """Refuse springs that claim to be exact and push, if none at their place outweighs them."""
+    compliance = np.array([values[name][0] for name in springs.names])
+    for name in against_the_load(springs, compliance):
+        if not values[name][1]:
+            raise LocatedError(
+                ("compliance", name, "value"),
+                f"compliance of {name}: must not be negative, found {values[name][0]:g} "
+                f"{springs.kinds[springs.names.index(name)].compliance}; no spring at its place "
+                "outweighs it",
+            )
 
 
 def _refuse_tiny(names: tuple[str, ...], found: Array, given: dict[str, float]) -> None:
@@ -276,9 +308,12 @@ def _joint_kind(name: str, extra: dict[str, VirtualJoints], robot: Robot) -> Joi
 
 
 def _compliance(
-    quantity: str, name: str, entry: ComplianceFile, joint: JointKind
+    quantity: str, name: str, entry: ComplianceFile, joint: JointKind, beside: bool
 ) -> tuple[float, float | None]:
-    """Compliance and its standard error, SI; None if the file gives no error."""
+    """Compliance and its standard error, SI; None if the file gives no error.
+
+    That of a spring beside the joints may be negative, if those at its place outweigh it.
+    """
     unit = getattr(joint, quantity)
     try:
         factor = factor_to_si(entry.unit, unit)
@@ -288,7 +323,7 @@ def _compliance(
     deviation = None if entry.standard_error is None else factor * entry.standard_error
     if quantity == "stiffness":
         return 1.0 / value, None if deviation is None else deviation / value**2
-    if value < 0.0 and not deviation:
+    if value < 0.0 and not deviation and not beside:
         # An estimate may come out below zero; a value that claims to be exact may not.
         raise LocatedError(
             ("value",), f"compliance of {name}: must not be negative, found {value:g} {unit}"
