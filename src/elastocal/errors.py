@@ -147,6 +147,8 @@ Code = Literal[
     "base-elsewhere",
     # of a plan
     "search-stopped",
+    "hardly-needed",
+    "half-known",
     "constraint-broken",
     "load-differs",
     "load-too-large",

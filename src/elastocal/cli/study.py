@@ -77,6 +77,7 @@ def check_command(
         return
     from elastocal.cli.inputs import sources_of
     from elastocal.files.doubt_entries import doubt_entries
+    from elastocal.files.plans.blind_section import blind_entry
     from elastocal.files.study.nuisance_entries import nuisance_entries
     from elastocal.files.study.study_file import read_study
     from elastocal.planning.study_check import check
@@ -105,6 +106,7 @@ def check_command(
                 "controller_shows": shown_values(study.robot, study.coupling),
                 "remarks": [*study.robot.remarks, *map(worded, checkup.doubts)],
                 "doubts": doubt_entries(checkup.doubts),
+                "never_seen": [blind_entry(e) for e in checkup.never_seen.effects],
                 "check_poses": _pose_deviations(study, checkup),
                 "watched": list(checkup.watch.watched),
                 "not_watched": list(checkup.watch.unwatched),

@@ -7,6 +7,8 @@ import numpy as np
 from elastocal.arrays import Array, BoolArray
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
+from elastocal.elastic.regressor import regressor
+from elastocal.elastic.springs import joint_springs
 from elastocal.elastic.tensors import against_the_load
 from elastocal.errors import Doubt
 from elastocal.robot.chain import Robot
@@ -101,11 +103,13 @@ def _rigid_but_loaded(arm: ElasticArm, cases: LoadCases) -> list[Doubt]:
     columns = jacobian(robot, cases.q, arm.tool.load_point)
     load = np.abs(np.einsum("nrj,nr->nj", columns, cases.wrench)).max(axis=0, initial=0.0)
     sprung = set(arm.springs.joint.tolist())
+    joints = ElasticArm(robot, joint_springs(robot), arm.tool.at_tcp)
+    moved = np.linalg.norm(regressor(joints, cases), axis=1).max(axis=0, initial=0.0)
     return [
         Doubt(
             "rigid-but-loaded",
             (joint.name,),
-            numbers={"load": float(load[j])},
+            numbers={"load": float(load[j]), "moves": float(moved[j])},
             unit=joint.kind.load,
         )
         for j, joint in enumerate(robot.joints)

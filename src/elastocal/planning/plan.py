@@ -40,6 +40,7 @@ from elastocal.planning.certificate import (
 )
 from elastocal.planning.for_promise import for_promise, is_for_promise
 from elastocal.planning.lost import AGAIN, away_from, others_lost, turned_into
+from elastocal.planning.needed import half_known, hardly_needed
 from elastocal.planning.one_side import azimuth_range
 from elastocal.planning.plain_values import Plain, simplify
 from elastocal.planning.visibility import Visibility, visibility
@@ -98,13 +99,18 @@ class Plan:
     @cached_property
     def doubts(self) -> tuple[Doubt, ...]:
         """What is weak: a search that was stopped; joints taken as rigid that the task bends, which
-        ρ0 leaves out; compliances that the experiments hardly tell; what is hardly watched; what is
-        out of reach."""
+        ρ0 leaves out; compliances that the experiments hardly tell, or that the task hardly needs;
+        what is hardly watched; what is out of reach."""
         rigid = [d for d in left_rigid(self.study) if d.code == "rigid-at-test-pose"]
         hardly = hardly_known(self.study.springs, self.assessment.standard_error)
         watched = [d for d in self.watch.doubts if d.code in ("hardly-watched", "odd-size")]
         stopped = search_stopped(self.stopped_after)
-        return (*stopped, *rigid, *hardly, *watched, *out_of_reach(self.study.motion_space))
+        usual = (
+            *half_known(self.study, self.assessment),
+            *hardly_needed(self.study, self.assessment),
+        )
+        out = out_of_reach(self.study.motion_space)
+        return (*stopped, *rigid, *hardly, *usual, *watched, *out)
 
     @cached_property
     def blind(self) -> BlindErrors | None:

@@ -20,6 +20,7 @@ from elastocal.errors import Doubt, ElastocalError
 from elastocal.measuring.instrument import tracker_of
 from elastocal.motion.via_points import refuse_home
 from elastocal.motion.within_reach import out_of_reach
+from elastocal.planning.never_seen import NeverSeen, never_seen
 from elastocal.planning.visibility import visibility
 from elastocal.robot.pose_check import PoseCheck, check_known_poses, refuse_misfit
 from elastocal.robot.posture import Posture
@@ -54,6 +55,7 @@ class Checkup:
         within: What of that constraint refuses most often, as two parts of the robot that come
             near each other; empty if it is the constraint itself.
         within_share: In which share of what the bottleneck refuses that is the worst.
+        never_seen: Effects that no plan can show.
         problem: Why the campaign cannot work, None if it can.
         doubts: What looks odd, besides what the robot's own remarks say.
         poses: How well the model fits poses read off at the robot, None if there are none.
@@ -74,6 +76,7 @@ class Checkup:
     seen: Mapping[str, float] = field(default_factory=dict)
     within: str = ""
     within_share: float = 0.0
+    never_seen: NeverSeen = field(default_factory=NeverSeen)
 
 
 def check(study: Study, *, seed: int = 0) -> Checkup:
@@ -89,17 +92,19 @@ def check(study: Study, *, seed: int = 0) -> Checkup:
     poses = None
     if study.known_poses:
         poses = check_known_poses(study.robot, study.coupling, study.known_poses)
+    problem = _problem(study, poses, rng)
     return Checkup(
         reach,
         share,
         bottleneck,
-        _problem(study, poses, rng),
+        problem,
         tuple(_doubts(study, reach)),
         watch_of(study.constraints),
         poses,
         _unwatched(study),
         _seen(study, q),
         *_within(study, q[refused[worst]] if bottleneck else q[:0], worst),
+        NeverSeen() if problem else never_seen(study, rng),
     )
 
 

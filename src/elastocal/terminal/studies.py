@@ -19,6 +19,7 @@ from elastocal.study.test_path import TestPath
 from elastocal.terminal.console import numbers, out
 from elastocal.terminal.nuisance import show_nuisance
 from elastocal.wording import ended, worded
+from elastocal.wording.blind import never_seen_sentence
 from elastocal.wording.lists import counted
 from elastocal.wording.numbers import short
 from elastocal.wording.plans import told
@@ -100,6 +101,8 @@ def show_check(study: Study, found: Checkup) -> None:
         out.print(Text(f"Note: {ended(remark)}", style="yellow"))
     for doubt in found.doubts:
         out.print(Text(told(doubt, ended(worded(doubt))), style="yellow"))
+    if said := never_seen_sentence(found.never_seen.effects, found.never_seen.aslant):
+        out.print(Text(f"Note: {said}", style="yellow"))
     if found.problem is None:
         out.print(f"[green]Identifiable:[/green] {escape(', '.join(study.springs.names))}")
 

@@ -129,6 +129,23 @@ def proof_sentence(found: Seen) -> str:
     return f"If the test of fit passes, there may still be left: {'; '.join(left)}."
 
 
+def never_seen_sentence(unseen: Sequence[Blind], aslant: Sequence[Blind]) -> str:
+    """What no plan of a study shows, and whether other loads would; empty if all is shown."""
+    if not unseen:
+        return ""
+    names = [
+        f"{effect_name(e)} (up to {length(e.error)} by {size_of(e.size, e.unit)})" for e in unseen
+    ]
+    said = (
+        f"no reading under these loads shows {'; '.join(names)}: that stays at the test poses, and "
+        "every test of fit passes"
+    )
+    if len(aslant) == len(unseen):
+        return f"{said}."
+    but = f", all but {'; '.join(effect_name(e) for e in aslant)}" if aslant else ""
+    return f"{said}. Loads of the same size, aslant by 45° to several sides, would show it{but}."
+
+
 def _axis(axis: Array) -> str:
     """A direction: an axis of its frame if it is along one."""
     largest = int(np.argmax(np.abs(axis)))

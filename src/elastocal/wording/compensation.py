@@ -56,7 +56,9 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     ),
     "rigid-but-loaded": lambda doubt: (
         f"{doubt.about[0]} has no compliance in the model and is taken as rigid; the load turns it "
-        f"with up to {doubt.numbers['load']:.3g} {doubt.unit}"
+        f"with up to {doubt.numbers['load']:.3g} {doubt.unit}, so that every 0.1 "
+        f"{'µm/N' if doubt.unit == 'N' else 'µrad/(N·m)'} of it leaves up to "
+        f"{length(1e-7 * doubt.numbers['moves'])}"
     ),
     "wrong-side": lambda doubt: (
         f"{', '.join(doubt.about)}: negative compliance, so its correction goes to the wrong "

@@ -72,6 +72,25 @@ def _hardly_known(doubt: Doubt) -> str:
     )
 
 
+def _half_known(doubt: Doubt) -> str:
+    shares = ", ".join(f"{100 * doubt.numbers[name]:.0f} %" for name in doubt.about)
+    return (
+        f"{listed(doubt.about)}: will be known to {shares} of the usual compliance only; what the "
+        "task needs of them is known better, together, so do not read them one by one"
+    )
+
+
+def _hardly_needed(doubt: Doubt) -> str:
+    most = max(doubt.numbers.values())
+    moved = f"by no more than {length(most)}" if most > 0.0 else "not at all"
+    one = len(doubt.about) == 1
+    return (
+        f"{listed(doubt.about)}: of usual compliance {'it moves' if one else 'they move'} the tool "
+        f"at the test poses {moved}, less than 1 % of what is promised: how well "
+        f"{'it is' if one else 'they are'} known hardly matters there"
+    )
+
+
 def searched(starts: int, attained: int, narrow: int, narrow_attained: int, rarest: int) -> str:
     """Sentences on the search for an experiment that refutes a bound, and its yield.
 
@@ -195,6 +214,8 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         "find a better plan, and the same seed need not lead to this one again"
     ),
     "hardly-known": _hardly_known,
+    "half-known": _half_known,
+    "hardly-needed": _hardly_needed,
     "constraint-broken": lambda doubt: (
         f"{_at(doubt)} breaks {doubt.about[0]} by {described(doubt.numbers['by'], doubt.unit)}"
     ),

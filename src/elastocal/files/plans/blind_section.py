@@ -20,12 +20,13 @@ def blind_section(found: BlindErrors | None) -> dict[str, Any]:
             "seen_half": _finite(found.seen_half),
             "larger_if_estimated": _finite(found.if_estimated),
             "together_mm": _finite(1e3 * found.together),
-            "effects": [_entry(effect) for effect in found.effects],
+            "effects": [blind_entry(effect) for effect in found.effects],
         }
     }
 
 
-def _entry(effect: BlindEffect) -> dict[str, Any]:
+def blind_entry(effect: BlindEffect) -> dict[str, Any]:
+    """One effect: sizes in SI, lengths in millimetres."""
     return {
         "name": effect_name(effect),
         "kind": effect.kind,
