@@ -11,18 +11,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, freeze
-from elastocal.elastic.case_errors import (
-    CaseErrors,
-    common_columns,
-    own_covariance,
-    shared_covariance,
-)
+from elastocal.elastic.case_errors import common_columns, own_covariance, shared_covariance
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import regressor
-from elastocal.elastic.springs import joint_springs
 from elastocal.matrices import rank_of, scaled_inverse
-from elastocal.planning.blind_effects import EffectFamily, compensated, effect_columns, judged
-from elastocal.robot.posture import Posture
+from elastocal.planning.blind_effects import EffectFamily, effect_columns, judged
+from elastocal.planning.with_errors import WithErrors, noise_of
 from elastocal.study.study import Study
 
 
@@ -64,39 +58,35 @@ def columns_of(study: Study, cases: LoadCases, repeats: IntArray) -> BlindColumn
     if not poses:
         return None
     cases, repeats = LoadCases(cases.q[done], cases.wrench[done]), repeats[done]
-    errors = CaseErrors() if study.nuisance is None else study.nuisance.errors
-    nominal = (
-        np.zeros(len(study.robot.joints)) if study.nuisance is None else study.nuisance.nominal
-    )
-    joints = replace(study.arm, springs=joint_springs(study.robot))
     count = repeats.astype(float)[:, None, None]
-    instrument = _instrument(study, cases) / count
-    noise = instrument + own_covariance(errors, joints, nominal, cases) / count
-    noise += shared_covariance(errors, joints, nominal, cases)
-    common, moved = common_columns(errors, joints, nominal, cases)
+    instrument = noise_of(study, cases) / count
+    noise, prior = instrument.copy(), study.prior
     rows = study.fitted.columns(regressor(study.fitted_arm, cases))
+    told = None if study.nuisance is None else WithErrors(study, study.nuisance)
+    if told is not None:
+        errors, arm = told.nuisance.errors, replace(study.fitted_arm, springs=told.bending)
+        noise += own_covariance(errors, arm, told.usual, cases) / count
+        noise += shared_covariance(errors, arm, told.usual, cases)
+        prior = told.base
+        _, common = common_columns(errors, arm, told.usual, cases)
+        # One of an unknown is one of its own sizes: what is known of it before is one.
+        sizes = np.sqrt(np.diagonal(prior))[rows.shape[2] :]
+        rows = np.concatenate([rows, common * sizes], axis=2)
     effects = effect_columns(study, cases)
-    sizes = (rows.shape[2], len(common), effects.readings.shape[2])
-    white = _over_noise(noise, np.concatenate([rows, moved, effects.readings], axis=2))
-    x, b = white[:, : -sizes[2]], white[:, -sizes[2] :]
-    # Common errors in units of their own sizes: what is known of them is one.
-    prior = np.eye(sizes[0] + sizes[1])
-    prior[: sizes[0], : sizes[0]] = study.prior
+    white = _over_noise(noise, np.concatenate([rows, effects.readings], axis=2))
+    x, b = np.split(white, [rows.shape[2]], axis=1)
     total = prior + x.T @ x
-    fitted = total[: sizes[0], : sizes[0]]
-    if rank_of(fitted) < sizes[0]:
+    fitted = total[: len(study.fitted), : len(study.fitted)]
+    if rank_of(fitted) < len(fitted):
         return None
     covariance = scaled_inverse(total[None])[0]
     found = covariance @ (x.T @ b)
     weights = np.array([pose.weight for pose in poses])
     left, error = [], 0.0
     for pose, weight, there in zip(poses, weights / weights.sum(), effects.task, strict=True):
-        blocks = np.zeros((*pose.regressors.shape[:2], len(total)))
-        blocks[:, :, : sizes[0]] = pose.regressors
-        if errors.common_gain > 0.0:
-            blocks[:, :, sizes[0]] = errors.common_gain * compensated(study, pose)
+        blocks = pose.regressors if told is None else told.blocks(pose)
         share = float(np.sqrt(weight / len(there)))
-        left.append(share * (blocks @ found - there).reshape(-1, sizes[2]))
+        left.append(share * (blocks @ found - there).reshape(-1, b.shape[1]))
         error += share**2 * float(((blocks @ covariance) * blocks).sum())
     kept = np.eye(len(x)) - x @ covariance @ x.T
     dof = len(x) + (rank_of(prior) if prior.any() else 0) - len(total)
@@ -129,14 +119,3 @@ def _noise_dof(kept: Array, noise: Array, instrument: Array, dof: int, repeats: 
         for i, own in enumerate(part)
     )
     return m * readings * (dof / share) ** 2 if share > 0.0 else 0.0
-
-
-def _instrument(study: Study, cases: LoadCases) -> Array:
-    """(N, m, m) covariance of what the instrument reads of each load case."""
-    posture, tool = Posture(study.robot, cases.q), study.experiments.tool
-    points = np.stack([posture.point(marker).T for marker in tool.markers], axis=1)
-    parts = study.instrument.covariances(points)
-    noise = np.zeros((len(cases), 3 * parts.shape[1], 3 * parts.shape[1]))
-    for t in range(parts.shape[1]):
-        noise[:, 3 * t : 3 * t + 3, 3 * t : 3 * t + 3] = parts[:, t]
-    return noise

@@ -21,6 +21,7 @@ from elastocal.elastic.long_links import long_links
 from elastocal.elastic.regressor import regressor
 from elastocal.elastic.springs import VirtualJoints, joint_springs
 from elastocal.elastic.typical import ERRORS, by_mass, typical_sizes
+from elastocal.planning.with_errors import WithErrors
 from elastocal.robot.chain import T_body_joint
 from elastocal.robot.posture import Posture, flange_axes
 from elastocal.study.left_rigid import counted
@@ -126,7 +127,7 @@ def effect_columns(study: Study, cases: LoadCases) -> EffectColumns:
         for family, _ in others:
             rows.append(np.zeros((*there.shape[:2], family.columns)))
             if family.kind == "load-gain":
-                rows[-1][:, :, 0] = compensated(study, pose)
+                rows[-1][:, :, 0] = _with_the_force(study, pose)
         task.append(np.concatenate(rows, axis=2))
     families += [family for family, _ in others]
     return EffectColumns(tuple(families), np.concatenate(read, axis=2), tuple(task))
@@ -246,14 +247,24 @@ def _columns(families: list[EffectFamily], rows: Array) -> Array:
 
 def _loads(study: Study, cases: LoadCases) -> Iterator[tuple[EffectFamily, Array]]:
     """Loads that are all wrong by one factor, or all turned."""
-    _, nominal = usual_sizes(study)
-    if study.nuisance is None or nominal is None:
+    if study.nuisance is None:
         return
-    joints = replace(study.arm, springs=joint_springs(study.robot))
+    told = WithErrors(study, study.nuisance)
+    if not told.usual.any():
+        return
+    arm = replace(study.fitted_arm, springs=told.bending)
     wrong = CaseErrors(common_gain=1.0, common_tilt=1.0)
-    _, moved = common_columns(wrong, joints, nominal, cases)
+    _, moved = common_columns(wrong, arm, told.usual, cases)
     yield _other("load-gain", np.zeros((0, 3)), "1"), moved[:, :, :1]
     yield _other("load-turn", np.eye(3), "rad"), moved[:, :, 1:]
+
+
+def _with_the_force(study: Study, pose: TestPose | TestPath) -> Array:
+    """(N, r) what a process force moves that is all wrong, as the loads are by the same cell."""
+    nuisance = study.nuisance
+    if nuisance is None or nuisance.errors.process_force != "same":
+        return np.zeros(pose.regressors.shape[:2])
+    return WithErrors(study, nuisance).compensated(pose)
 
 
 def _shifts(study: Study, cases: LoadCases) -> Iterator[tuple[EffectFamily, Array]]:
@@ -275,19 +286,3 @@ def _shifts(study: Study, cases: LoadCases) -> Iterator[tuple[EffectFamily, Arra
 def _other(kind: EffectKind, axes: Array, unit: str) -> EffectFamily:
     usual = _USUAL.get(kind, float("nan"))
     return EffectFamily(kind, "", axes, False, unit, usual, LARGEST[kind])
-
-
-def compensated(study: Study, pose: TestPose | TestPath) -> Array:
-    """(N, r) what a process force moves that is wrong as the loads are, by one for all of it.
-
-    Zero unless the cell of the campaign measures it. It moves the joints that the study takes into
-    account by their usual compliances.
-    """
-    nuisance = study.nuisance
-    assert pose.cases is not None
-    assert pose.tool is not None
-    if nuisance is None or nuisance.errors.process_force != "same":
-        return np.zeros(pose.regressors.shape[:2])
-    there = [float(name in counted(study)) for name in study.robot.joint_names]
-    arm = ElasticArm(study.robot, joint_springs(study.robot), pose.tool.at_tcp)
-    return np.asarray(regressor(arm, pose.cases) @ (nuisance.nominal * there))

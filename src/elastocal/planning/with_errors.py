@@ -72,7 +72,7 @@ class WithErrors:
         arm, count = study.fitted_arm, repeats.astype(float)[:, None, None]
         bending, usual = replace(arm, springs=self.bending), self.usual
         rows = study.fitted.columns(regressor(arm, cases))
-        noise = _noise(study, cases) / count
+        noise = noise_of(study, cases) / count
         noise += shared_covariance(errors, bending, usual, cases)
         noise += own_covariance(errors, bending, usual, cases) / count
         _, common = common_columns(errors, bending, usual, cases)
@@ -89,7 +89,7 @@ class WithErrors:
         moved = np.zeros((*pose.regressors.shape[:2], self.common))
         errors = self.nuisance.errors
         if errors.common_gain > 0.0 and errors.process_force == "same":
-            moved[:, :, 0] = errors.common_gain / _UNIT * self._compensated(pose)
+            moved[:, :, 0] = errors.common_gain / _UNIT * self.compensated(pose)
         return np.concatenate([pose.regressors, moved], axis=2)
 
     def other_cell(self, pose: TestPose | TestPath) -> float:
@@ -97,10 +97,10 @@ class WithErrors:
         errors = self.nuisance.errors
         if errors.process_force != "other":
             return 0.0
-        moved = errors.common_gain * self._compensated(pose)
+        moved = errors.common_gain * self.compensated(pose)
         return float((moved**2).sum(axis=1).mean())
 
-    def _compensated(self, pose: TestPose | TestPath) -> Array:
+    def compensated(self, pose: TestPose | TestPath) -> Array:
         """(N, r) deflection at a test pose by all that the study takes into account."""
         if pose.cases is None or pose.tool is None:
             return np.zeros(pose.regressors.shape[:2])
@@ -111,7 +111,7 @@ class WithErrors:
         return np.asarray(regressor(arm, pose.cases) @ (self.usual * there))
 
 
-def _noise(study: Study, cases: LoadCases) -> Array:
+def noise_of(study: Study, cases: LoadCases) -> Array:
     """(N, m, m) covariance of what the instrument reads of each load case."""
     posture, tool = Posture(study.robot, cases.q), study.experiments.tool
     points = np.stack([posture.point(marker).T for marker in tool.markers], axis=1)
