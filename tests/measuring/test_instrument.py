@@ -13,6 +13,7 @@ from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import Regressor, regressor
 from elastocal.elastic.springs import joint_springs
 from elastocal.errors import InputError
+from elastocal.measuring.common_errors import CommonErrors
 from elastocal.measuring.instrument import (
     PRESETS,
     Instrument,
@@ -36,6 +37,11 @@ INSTRUMENTS: dict[str, Instrument] = {
     "pose probe": PoseProbe(Isotropic(3e-5), 5e-5),
     "pose probe of a tracker": PoseProbe(NEAR, 2e-4),
 }  # fmt: skip
+COMMON: dict[str, Instrument] = {
+    "a common translation": CommonErrors(Isotropic(3e-5), 4e-5),
+    "common errors of a tracker": CommonErrors(NEAR, 2e-5, 1e-4),
+    "common errors of a pose probe": CommonErrors(PoseProbe(NEAR, 2e-4), 2e-5, 1e-4),
+}
 GRADIENT = 1e-8
 
 
@@ -57,18 +63,51 @@ def test_whitened_noise_is_of_unit_size(name: str) -> None:
             assert root @ covariance[i] @ root.T == pytest.approx(np.eye(3), abs=1e-12)
 
 
-@pytest.mark.parametrize("name", INSTRUMENTS)
+@pytest.mark.parametrize("name", COMMON)
+def test_whitened_noise_of_a_pose_is_of_unit_size(name: str) -> None:
+    """W covariance Wᵀ = I, over all that is read of a pose; common errors written out."""
+    instrument, rng = COMMON[name], np.random.default_rng(0)
+    assert isinstance(instrument, CommonErrors)
+    points = rng.uniform(-2.0, 2.0, (6, 3, 3))
+    whole = instrument.pose_covariance(points)
+    size = whole.shape[1]
+    unit = np.tile(np.eye(size)[:, :, None], (1, 1, 6))
+    white, _ = instrument.whiten(unit, list(points.transpose(1, 2, 0)))
+    single = instrument.own.covariances(points)
+    for i in range(6):
+        root = white[:, :, i]
+        assert root @ whole[i] @ root.T == pytest.approx(np.eye(size), abs=1e-12)
+        columns = np.zeros((size, 6))
+        for k in range(3):
+            x, y, z = points[i, k] - points[i].mean(axis=0)
+            columns[3 * k : 3 * k + 3] = np.hstack(
+                [np.eye(3), [[0, z, -y], [-z, 0, x], [y, -x, 0]]]
+            )
+        columns[9:, 3:] = np.eye(3)[: size - 9]
+        sizes = np.repeat([instrument.translation, instrument.rotation], 3)
+        blocks = columns @ np.diag(sizes**2) @ columns.T
+        for k, one in enumerate(single[i]):
+            blocks[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] += one
+        np.testing.assert_allclose(whole[i], blocks, atol=1e-20)
+
+
+@pytest.mark.parametrize("name", [*INSTRUMENTS, *COMMON])
 @pytest.mark.parametrize("slides", [[False] * 6, [True, False, False, True, False]])
 def test_gradient_of_whitened_rows(name: str, slides: list[bool]) -> None:
     """Through the rows and through the place of the markers, several of them."""
     rng = np.random.default_rng(1)
     robot, tool = random_chain(rng, slides), random_tool(rng, 3)
-    tool = replace(tool, rotation=INSTRUMENTS[name].sigma_rotation is not None)
+    tool = replace(tool, rotation={**INSTRUMENTS, **COMMON}[name].sigma_rotation is not None)
     n = len(slides)
     force, moment = (FixedVector(rng.normal(size=3)) for _ in range(2))
     limits = np.tile([[-3.0], [3.0]], n)
     space = LoadCaseSpace(
-        ElasticArm(robot, joint_springs(robot), tool), force, moment, (), INSTRUMENTS[name], limits
+        ElasticArm(robot, joint_springs(robot), tool),
+        force,
+        moment,
+        (),
+        {**INSTRUMENTS, **COMMON}[name],
+        limits,
     )
     q = rng.uniform(-2.0, 2.0, (6, n))
     at = space.evaluate(q)

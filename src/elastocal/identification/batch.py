@@ -8,6 +8,7 @@ of them, and the linearised equilibria of all campaigns are one batch.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from elastocal.fitting.least_squares import column_norms
 from elastocal.fitting.robust import Squares
 from elastocal.identification.gauss_newton import solve_equilibrium, solve_linear
 from elastocal.identification.problem import Problem
+from elastocal.identification.shared_errors import SharedErrors, Turn
 from elastocal.matrices import eliminated
 
 
@@ -35,6 +37,8 @@ class Design:
         case: (N,) load case of each experiment.
         covariance: (S, T, 3, 3) of the readings [m², rad²].
         linear: Whether the model is the regressor, or else the nonlinear equilibrium.
+        common: (S, T, 3, e) what readings of one experiment share, in `covariance` already; none if
+            not given.
         known: (E, p) rows with unit noise of what is known before each campaign; none if not given.
         near: Series of the deflections about the start, where the estimates are near to it: then
             most fits need no equilibrium.
@@ -47,8 +51,20 @@ class Design:
     case: IntArray
     covariance: Array
     linear: bool
+    common: Array = field(default_factory=unset)
     known: Array = field(default_factory=unset)
     near: Series | None = None
+
+    @cached_property
+    def turns(self) -> Array | None:
+        """(S, 3T, 3T) what makes readings over their noise independent; None if they are."""
+        if not self.common.size:
+            return None
+        moved = np.linalg.inv(np.linalg.cholesky(self.covariance)) @ self.common
+        columns = moved.reshape(len(moved), -1, moved.shape[3])
+        whole = columns @ columns.transpose(0, 2, 1)
+        own = np.kron(np.eye(moved.shape[1]), np.ones((3, 3)))  # in the covariances already
+        return np.linalg.inv(np.linalg.cholesky(whole * (1.0 - own) + np.eye(len(own))))
 
     @property
     def dof(self) -> int:
@@ -78,7 +94,19 @@ class Design:
             covariance=(self.covariance / self.repeats[:, None, None, None]).reshape(count, 3, 3),
             extra_rows=rows,
             extra_values=values,
+            shared=_of_experiments(self.turns),
         )
+
+
+def _of_experiments(turns: Array | None) -> SharedErrors | None:
+    """What readings of one experiment share, as `turns` (S, m, m) undo it."""
+    if turns is None:
+        return None
+    count, m = turns.shape[:2]
+    turn = Turn(np.arange(count * m).reshape(count, m), turns)
+    group = np.repeat(np.arange(count), m // 3)
+    nothing = np.zeros(count * m), np.zeros((count * m // 3, 3, 3))
+    return SharedErrors(group, (turn,), *nothing, of_experiments=False)
 
 
 @dataclass(frozen=True)
@@ -120,9 +148,12 @@ def fit_all(design: Design, readings: Array, before: Array | None = None) -> Est
     )
     whitener = np.linalg.inv(np.linalg.cholesky(design.covariance))
     apart = np.einsum("nkij,cnkj->cnki", whitener[case], readings - mean[:, case])
-    scatter = np.einsum("cnki,cnki->c", apart, apart)
+    apart = apart.reshape(*apart.shape[:2], -1)
+    if design.turns is not None:
+        apart = np.einsum("nij,cnj->cni", design.turns[case], apart)
+    scatter = np.einsum("cni,cni->c", apart, apart)
     found, sure = None, np.zeros(len(mean), dtype=bool)
-    if design.near is not None and not design.linear:
+    if design.near is not None and not design.linear and design.turns is None:
         found, sure = _by_series(design.near, design.start, design.problem(mean, before))
     if found is None or not sure.any():
         found = _one_by_one(design, mean, before)
@@ -145,7 +176,10 @@ def _one_by_one(design: Design, mean: Array, before: Array | None) -> Estimates:
                 "a virtual campaign cannot be fitted: the loads are too large for these compliances"
             ) from None
     off = problem.extra_values - solution.compliance @ problem.extra_rows.T
-    chi_square = np.sum(solution.residual**2, axis=(1, 2)) + np.sum(off**2, axis=1)
+    left = solution.residual.reshape(len(solution.residual), -1)
+    if problem.shared is not None:
+        left = problem.shared.turned(left.T).T
+    chi_square = np.sum(left**2, axis=1) + np.sum(off**2, axis=1)
     return Estimates(solution.compliance, solution.fit.covariance, chi_square)
 
 

@@ -241,8 +241,10 @@ def _fit(
     shared = problem.shared
     if shared is not None or problem.variance != 1.0:
         scale = np.full(right.shape[1], problem.variance)
-        if shared is not None:  # one campaign
-            flat, right = shared.turned(flat[0])[None], shared.turned(right.T).T
+        if shared is not None:
+            columns = flat.transpose(1, 0, 2)
+            turned = shared.turned(columns.reshape(len(columns), -1)).reshape(columns.shape)
+            flat, right = turned.transpose(1, 0, 2), shared.turned(right.T).T
             scale = scale + shared.absolute
         over = 1.0 / np.sqrt(scale)
         flat, right = flat * over[:, None], right * over

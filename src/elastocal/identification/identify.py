@@ -238,7 +238,9 @@ def _noise_of_kinds(
     Source: a group of residuals has as many freedoms as coordinates, less their leverage.
     """
     kinds = measurements.quantities
-    errors = problem.shared is not None and problem.shared.absolute.any()
+    errors = measurements.common.size or (
+        problem.shared is not None and problem.shared.absolute.any()
+    )
     if len(kinds) == 1 or how.robust or errors or problem.dof < 1:
         return tuple(NoiseFound(kind, scale, float(problem.dof)) for kind in kinds)
     rows = free_rows(problem, found)

@@ -61,7 +61,8 @@ class SharedErrors:
 
     def repeats_show_noise(self, data: Measurements) -> bool:
         """Whether repeats of a load case differ by the instrument's noise alone, and all of it."""
-        return not self.of_experiments and len(np.unique(data.unloaded)) == len(data)
+        alone = len(np.unique(data.unloaded)) == len(data) and not data.common.size
+        return alone and not self.of_experiments
 
 
 def errors_in(
@@ -98,7 +99,7 @@ def shared_errors(
             all targets of the tool; None if there is none.
         of_experiment: The same that each experiment has of its own.
     """
-    alone = len(np.unique(data.unloaded)) == len(data)
+    alone = len(np.unique(data.unloaded)) == len(data) and not data.common.size
     if alone and of_case is None and of_experiment is None:
         return None
     keys = [data.unloaded, data.case]  # an experiment is left out as a whole
@@ -172,7 +173,7 @@ def _noise(data: Measurements, whitener: Array, readings: IntArray) -> Array:
     """(G, 3k, 3k) covariance of the instrument's noise over that of single readings.
 
     A deflection is a difference of two readings of equal noise: those that share one of the two
-    share half of their variance.
+    share half of their variance. So do the errors that readings of one pose have in common.
     """
     groups, k = readings.shape
     unloaded = data.unloaded[readings]
@@ -184,5 +185,18 @@ def _noise(data: Measurements, whitener: Array, readings: IntArray) -> Array:
         white = whitener[readings]
         found = white[:, :, None] @ half @ white[:, None].transpose(0, 1, 2, 4, 3)
         blocks = (alike[..., None, None] * found).transpose(0, 1, 3, 2, 4)
-    whole = blocks.reshape(groups, 3 * k, 3 * k)
-    return np.asarray(whole + np.eye(3 * k))
+    whole = blocks.reshape(groups, 3 * k, 3 * k) + np.eye(3 * k)
+    if not data.common.size:
+        return np.asarray(whole)
+    case, pose = data.case[readings], _unloaded_pose(data)[readings]
+    together = 0.5 * (case[:, :, None] == case[:, None, :])
+    together += 0.5 * (pose[:, :, None] == pose[:, None, :])
+    together *= ~alike & ~np.eye(k, dtype=bool)  # of one marker: in the halves already
+    moved = (whitener @ data.common)[readings].reshape(groups, 3 * k, -1)
+    share = np.repeat(np.repeat(together, 3, axis=1), 3, axis=2)
+    return np.asarray(whole + share * (moved @ moved.transpose(0, 2, 1)))
+
+
+def _unloaded_pose(data: Measurements) -> IntArray:
+    """(R,) number of the unloaded pose behind each reading: experiments share it as a whole."""
+    return connected([data.unloaded, data.case])

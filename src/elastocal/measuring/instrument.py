@@ -59,6 +59,29 @@ class Instrument(abc.ABC):
     def sigma(self) -> float:
         """Standard deviation of one coordinate [m], typical where it depends on the point."""
 
+    @property
+    def single(self) -> Instrument:
+        """What each reading errs by itself: without what those of one pose share."""
+        return self
+
+    def common(self, points: Array) -> Array:
+        """(N, T, 3, e) what a unit of each error moves that readings of one pose share [m, rad].
+
+        Args:
+            points: (N, K, 3) markers, base frame [m]; T is as in `covariances`.
+        """
+        targets = points.shape[1] + (self.sigma_rotation is not None)
+        return np.zeros((len(points), targets, 3, 0))
+
+    def pose_covariance(self, points: Array) -> Array:
+        """(N, 3T, 3T) of all that an experiment reads together; see `covariances`."""
+        common = self.common(points)
+        size = 3 * common.shape[1]
+        whole = np.einsum("ntie,nsje->ntisj", common, common).reshape(len(points), size, size)
+        for t, part in enumerate(np.moveaxis(self.covariances(points), 1, 0)):
+            whole[:, 3 * t : 3 * t + 3, 3 * t : 3 * t + 3] = part
+        return np.asarray(whole)
+
     def covariances(self, points: Array) -> Array:
         """(N, T, 3, 3) of all that an experiment reads with K markers at `points`, (N, K, 3).
 
@@ -243,7 +266,7 @@ def positions_of(instrument: Instrument) -> Instrument:
 
 def tracker_of(instrument: Instrument) -> LaserTracker | None:
     """The laser tracker that measures the positions, None if there is none."""
-    points = positions_of(instrument)
+    points = positions_of(instrument.single)
     return points if isinstance(points, LaserTracker) else None
 
 

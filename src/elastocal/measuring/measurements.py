@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from elastocal.arrays import Array, BoolArray, IntArray, freeze, frozen
+from elastocal.arrays import Array, BoolArray, IntArray, freeze, frozen, unset
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import Doubt, InputError
 from elastocal.robot.chain import Tool
@@ -59,6 +59,8 @@ class Measurements:
             left out; what is in one of them is known by what was fitted to it.
         remarks: Sentences of the reader on what it made of the file.
         doubts: What looks odd in them.
+        common: (R, 3, e) what a unit of each of e errors moves that the readings of one experiment
+            share, in `covariance` already [m, rad]; none if not given.
         unloaded_of: (R,) number of the unloaded reading that was taken off each; none if each has
             one of its own: see `unloaded`.
     """
@@ -77,6 +79,7 @@ class Measurements:
     remarks: tuple[str, ...] = ()
     doubts: tuple[Doubt, ...] = ()
     unloaded_of: IntArray = field(default_factory=lambda: frozen([], np.int64))
+    common: Array = field(default_factory=unset)
 
     def __post_init__(self) -> None:
         freeze(self, "case", "marker", dtype=np.int64)
@@ -86,7 +89,12 @@ class Measurements:
                 f"measurements of {len(self.case)} readings need as many numbers of unloaded "
                 f"readings, or none; found {len(self.unloaded_of)}"
             )
-        freeze(self, "deflection", "covariance")
+        freeze(self, "deflection", "covariance", "common")
+        if self.common.size and self.common.shape[:2] != (len(self.case), 3):
+            raise InputError(
+                f"measurements of {len(self.case)} readings need as many common errors, or none; "
+                f"found {self.common.shape}"
+            )
         case, marker = self.case, self.marker
         deflection, covariance = self.deflection, self.covariance
         count = len(case)
@@ -176,5 +184,6 @@ def chosen(measurements: Measurements, keep: BoolArray) -> Measurements:
         marker=measurements.marker[reading],
         deflection=measurements.deflection[reading],
         covariance=measurements.covariance[reading],
+        common=measurements.common[reading] if measurements.common.size else measurements.common,
         unloaded_of=measurements.unloaded[reading],
     )

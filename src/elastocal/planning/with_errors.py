@@ -115,8 +115,4 @@ def noise_of(study: Study, cases: LoadCases) -> Array:
     """(N, m, m) covariance of what the instrument reads of each load case."""
     posture, tool = Posture(study.robot, cases.q), study.experiments.tool
     points = np.stack([posture.point(marker).T for marker in tool.markers], axis=1)
-    parts = study.instrument.covariances(points)
-    noise = np.zeros((len(cases), 3 * parts.shape[1], 3 * parts.shape[1]))
-    for t in range(parts.shape[1]):
-        noise[:, 3 * t : 3 * t + 3, 3 * t : 3 * t + 3] = parts[:, t]
-    return noise
+    return study.instrument.pose_covariance(points)

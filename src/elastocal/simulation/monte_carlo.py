@@ -247,6 +247,7 @@ def _design(
         cases=cases,
         case=np.repeat(np.arange(len(cases)), repeats),
         covariance=ideal.covariance,
+        common=ideal.common,
         linear=how.linear,
         known=rows_known(study),
         near=None if how.linear else deflection_series(ideal.arm, truth.compliance, cases, free),
@@ -317,7 +318,7 @@ def _readings(plan: _Plan, size: int, rng: np.random.Generator) -> Array:
         wrench = disturbed(cases.wrench[many], load_error, by_load)
         acting = LoadCases(cases.q[many], wrench)
         true = deflections(ideal.arm, plan.compliance, acting, plan.reality.linear)
-    read = true + noise(ideal.covariance, many, by_noise)
+    read = true + noise(ideal.covariance, many, by_noise, ideal.common)
     if outliers.share:
         read = read + gross_errors(read.shape, outliers, by_outlier, plan.lever)
     return np.asarray(read.reshape(size, len(case), *read.shape[1:]))

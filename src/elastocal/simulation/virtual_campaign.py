@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from elastocal.arrays import Array, IntArray
+from elastocal.arrays import Array, IntArray, unset
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.case_errors import CaseErrors
 from elastocal.elastic.compliance_model import ComplianceModel
@@ -105,11 +105,13 @@ class VirtualReadings:
         deflection: (S, T, 3) true deflections of S load cases [m], the last of them rotations
             [rad] if the tool asks for that.
         covariance: (S, T, 3, 3) of their readings [m², rad²].
+        common: (S, T, 3, e) what readings of one experiment share, in that already [m, rad].
     """
 
     arm: ElasticArm
     deflection: Array
     covariance: Array
+    common: Array
 
 
 def simulate(
@@ -141,7 +143,7 @@ def simulate(
     ideal = virtual_readings(study.arm, study.instrument, truth, cases, linear=reality.linear)
     true = moved(ideal, truth.compliance, cases, case, reality, by_load, by_case)
     covariance = ideal.covariance[case]
-    read = true + noise(ideal.covariance, case, by_noise)
+    read = true + noise(ideal.covariance, case, by_noise, ideal.common)
     if reality.outliers.share:
         read = read + gross_errors(
             read.shape, reality.outliers, by_outlier, lever(study.instrument)
@@ -156,6 +158,7 @@ def simulate(
         marker=np.tile(np.arange(targets), count),
         deflection=read.reshape(-1, 3),
         covariance=covariance.reshape(-1, 3, 3),
+        common=np.concatenate(ideal.common[case]) if ideal.common.size else unset(),
         source=f"simulated, {kind} truth: {truth.source or 'given'}",
     )
 
@@ -230,7 +233,7 @@ def virtual_readings(
     points = markers_at(arm, cases.q, still).reshape(len(cases), -1, 3)
     covariance = instrument.covariances(points)
     true = deflections(arm, truth.compliance, cases, linear)
-    return VirtualReadings(arm, true, covariance)
+    return VirtualReadings(arm, true, covariance, instrument.common(points))
 
 
 def deflections(arm: ElasticArm, compliance: Array, cases: LoadCases, linear: bool) -> Array:
@@ -247,11 +250,23 @@ def deflections(arm: ElasticArm, compliance: Array, cases: LoadCases, linear: bo
     return np.asarray(rows).reshape(len(cases), -1, 3)
 
 
-def noise(covariance: Array, case: IntArray, rng: np.random.Generator) -> Array:
-    """(N, T, 3) noise of N experiments, each of a load case, `case` (N,), of S (S, T, 3, 3)."""
-    root = np.linalg.cholesky(covariance)[case]
+def noise(
+    covariance: Array, case: IntArray, rng: np.random.Generator, common: Array | None = None
+) -> Array:
+    """(N, T, 3) noise of N experiments, each of a load case, `case` (N,), of S.
+
+    Args:
+        covariance: (S, T, 3, 3) of the readings.
+        case: Load case of each experiment.
+        rng: Source of chance.
+        common: (S, T, 3, e) what readings of one experiment share, in `covariance` already.
+    """
+    shared = np.zeros((*covariance.shape[:3], 0)) if common is None else common
+    root = np.linalg.cholesky(covariance - shared @ shared.transpose(0, 1, 3, 2))[case]
     drawn = rng.standard_normal((*root.shape[:3], 1))[..., 0]
-    return np.einsum("ntij,ntj->nti", root, drawn)
+    together = rng.standard_normal((len(case), shared.shape[3]))
+    each = np.einsum("ntij,ntj->nti", root, drawn)
+    return np.asarray(each + np.einsum("ntij,nj->nti", shared[case], together))
 
 
 def disturbed(wrench: Array, error: LoadError, rng: np.random.Generator) -> Array:

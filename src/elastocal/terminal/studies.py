@@ -10,6 +10,7 @@ from rich.text import Text
 
 from elastocal.arrays import Array
 from elastocal.elastic.allowed_loads import FixedVector, InPlane, Load
+from elastocal.measuring.common_errors import CommonErrors
 from elastocal.measuring.instrument import Instrument, tracker_of
 from elastocal.planning.study_check import Checkup
 from elastocal.robot.controller_axes import shown_values
@@ -136,6 +137,10 @@ def instrument_phrase(instrument: Instrument) -> str:
     """How well is measured, in a few words."""
     rotation = instrument.sigma_rotation
     turned = "" if rotation is None else f"; rotation σ = {1e3 * rotation:g} mrad per axis"
+    if isinstance(instrument, CommonErrors):
+        sizes = (instrument.translation, "mm"), (instrument.rotation, "mrad")
+        shared = " and ".join(f"{1e3 * size:g} {unit}" for size, unit in sizes if size)
+        return f"{instrument_phrase(instrument.own)}; {shared} common to the readings of a pose"
     tracker = tracker_of(instrument)
     if tracker is None:
         return f"σ = {1e3 * instrument.sigma:g} mm per coordinate{turned}"

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from elastocal.arrays import Array
+from elastocal.arrays import Array, unset
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import MeasurementFileError
 from elastocal.files.measurements.cells import read_cells
@@ -247,7 +247,7 @@ def _measurements(table: Table, study: Study, mapping: FieldMapping | None) -> M
             "left out"
         )
     turn = mapping.rotation if mapping and mapping.rotation is not None else np.eye(3)
-    covariance = _covariance(study, grouping.cases, readings, turn)
+    covariance, common = _covariance(study, grouping.cases, readings, turn)
     return Measurements(
         tool,
         grouping.cases,
@@ -259,17 +259,23 @@ def _measurements(table: Table, study: Study, mapping: FieldMapping | None) -> M
         own_uncertainty=readings.six is not None,
         remarks=(*said, *readings.remarks),
         unloaded_of=readings.unloaded,
+        common=common,
     )
 
 
-def _covariance(study: Study, cases: LoadCases, readings: Readings, turn: Array) -> Array:
-    """(R, 3, 3) covariances in the base frame: of the readings, or of the instrument for others."""
+def _covariance(
+    study: Study, cases: LoadCases, readings: Readings, turn: Array
+) -> tuple[Array, Array]:
+    """(R, 3, 3) covariances in the base frame: of the readings, or of the instrument for others.
+
+    And (R, 3, e) what readings of one experiment share, where the instrument says; it is in both.
+    """
     if readings.six is not None:
         own = turn @ matrices(readings.six) @ turn.T
         given = np.isfinite(readings.six).all(axis=1)
         if given.all():
-            return np.asarray(own)
-    tool, instrument = study.experiments.tool, study.instrument
+            return np.asarray(own), unset()
+    tool, instrument = study.experiments.tool, study.instrument.single
     covariance = np.zeros((len(readings.case), 3, 3))
     turned = readings.marker == len(tool.markers)
     if not turned.all():
@@ -282,9 +288,18 @@ def _covariance(study: Study, cases: LoadCases, readings: Readings, turn: Array)
         assert instrument.sigma_rotation is not None
         covariance[turned] = instrument.sigma_rotation**2 * np.eye(3)
     covariance *= readings.weight[:, None, None]
+    common = unset()
+    if instrument is not study.instrument:
+        posture = Posture(study.robot, cases.q)
+        points = np.stack([posture.point(marker).T for marker in tool.markers], axis=1)
+        common = study.instrument.common(points)[readings.case, readings.marker]
+        common = common * np.sqrt(readings.weight)[:, None, None]
+        if readings.six is not None:
+            common[given] = 0.0
+        covariance += common @ common.transpose(0, 2, 1)
     if readings.six is not None:
         covariance[given] = own[given]
-    return covariance
+    return covariance, common
 
 
 def _from_controller(cases: LoadCases, study: Study) -> LoadCases:

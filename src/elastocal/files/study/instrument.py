@@ -22,6 +22,7 @@ from elastocal.files.values import (
     PositiveMilliradians,
 )
 from elastocal.files.yaml_lines import LocatedError
+from elastocal.measuring.common_errors import CommonErrors
 from elastocal.measuring.instrument import PRESETS, Instrument, Isotropic, LaserTracker, PoseProbe
 
 _NOISE = ("along_um", "along_um_per_m", "across_um", "across_um_per_m")
@@ -69,10 +70,20 @@ class InstrumentFile(Section):
     sigma_mm: _Millimetres | None = None
     tracker: TrackerFile | None = None
     sigma_mrad: _Milliradians | None = None
+    common_mm: _Millimetres | None = None
+    common_mrad: _Milliradians | None = None
 
 
 def instrument_of(entry: InstrumentFile) -> Instrument:
-    """What measures the deflections."""
+    """What measures the deflections, with what the readings of one pose share."""
+    own = _own(entry)
+    if entry.common_mm is None and entry.common_mrad is None:
+        return own
+    return CommonErrors(own, entry.common_mm or 0.0, entry.common_mrad or 0.0)
+
+
+def _own(entry: InstrumentFile) -> Instrument:
+    """What each reading errs by itself."""
     if entry.measures == "position":
         if entry.sigma_mrad is not None:
             raise LocatedError(
