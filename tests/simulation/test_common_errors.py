@@ -15,6 +15,7 @@ from elastocal.files.measurements.measurement_file import read_measurements, wri
 from elastocal.files.study.study_file import parse_study
 from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
+from elastocal.identification.search import searched
 from elastocal.identification.validation import validate
 from elastocal.measuring.common_errors import CommonErrors
 from elastocal.measuring.instrument import Isotropic, PoseProbe
@@ -113,6 +114,20 @@ def test_the_fit_weighs_what_a_pose_shares(study: Study, tmp_path: Path) -> None
     after = far.after.reshape(6, 9)
     square = np.einsum("nr,nrs,ns->", after, inverse, after)
     assert far.chi_square == pytest.approx(square, rel=1e-6)
+
+
+def test_nothing_else_is_found_where_nothing_is_missing(study: Study) -> None:
+    """The search goes through readings that share errors; turned signs are found in them, too."""
+    cases = study.space.load_cases(study.space.sample(12, np.random.default_rng(2)))
+    once = np.ones(12, dtype=np.int64)
+    data = simulate(study, kr270_truth(study), cases, once, np.random.default_rng(4))
+    beyond = searched(identify(study.arm, data), study.coupling)
+    assert beyond.convention is None
+    assert beyond.lacks is not None
+    assert not beyond.lacks.missing
+    signs = np.array([1.0, 1.0, -1.0, 1.0, 1.0, 1.0])
+    wrong = replace(data, cases=LoadCases(cases.q * signs, cases.wrench))
+    assert searched(identify(study.arm, wrong), study.coupling).convention is not None
 
 
 def test_experiments_with_one_unloaded_reading_share_half_of_it(study: Study) -> None:

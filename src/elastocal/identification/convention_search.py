@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from elastocal.arrays import Array
+from elastocal.arrays import Array, unset
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import Doubt
 from elastocal.identification.doubts import doubts
@@ -143,6 +143,7 @@ def _fits(found: Identification, data: Measurements, each: Sequence[Array]) -> l
         marker=np.tile(data.marker, len(each)),
         deflection=np.tile(data.deflection, (len(each), 1)),
         covariance=np.tile(data.covariance, (len(each), 1, 1)),
+        common=unset(),
         unloaded_of=np.arange(len(data) * len(each)),
     )
     arm = replace(found.arm, springs=found.model.springs, tool=data.tool)
