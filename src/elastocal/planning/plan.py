@@ -40,6 +40,7 @@ from elastocal.planning.certificate import (
 )
 from elastocal.planning.for_promise import for_promise, is_for_promise
 from elastocal.planning.lost import AGAIN, away_from, others_lost, turned_into
+from elastocal.planning.mends import Mend, mends
 from elastocal.planning.needed import half_known, hardly_needed
 from elastocal.planning.one_side import azimuth_range
 from elastocal.planning.plain_values import Plain, simplify
@@ -116,6 +117,11 @@ class Plan:
     def blind(self) -> BlindErrors | None:
         """What it cannot see of what the model lacks; None if that is not known."""
         return blind_errors(self.study, self.load_cases, self.repeats)
+
+    @cached_property
+    def mends(self) -> tuple[Mend, ...]:
+        """What would make it promise more, by quick estimates."""
+        return mends(self.study, self.load_cases, self.repeats)
 
     @cached_property
     def broken(self) -> tuple[Doubt, ...]:

@@ -25,6 +25,7 @@ from elastocal.study.left_rigid import counted as counted_in
 from elastocal.study.study import Study
 from elastocal.terminal.blind import show_blind
 from elastocal.terminal.console import micrometres, numbers, out, whole
+from elastocal.terminal.mends import show_mends
 from elastocal.terminal.studies import known_phrase
 from elastocal.terminal.test_poses import show_test_poses, where_judged
 from elastocal.wording import ended, worded
@@ -86,6 +87,7 @@ def show_plan(plan: Plan) -> None:
     if worth.loss is not None:
         out.print(Text(loss_sentence(worth.loss.load_case, worth.loss.rho0, worth.rho0)))
     show_blind(plan.blind)
+    show_mends(plan.mends)
     for doubt in plan.doubts:
         out.print(Text(told(doubt, ended(worded(doubt))), style="yellow"))
     if plan.criterion != RHO0.name:

@@ -1,13 +1,16 @@
-"""What a plan cannot see, as a section of plan.json and of what `evaluate` says."""
+"""What a plan cannot see, and what would promise more, as sections of plan.json and `evaluate`."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from elastocal.planning.blind import BlindEffect, BlindErrors
+from elastocal.planning.mends import Mend
 from elastocal.wording.blind import effect_name
+from elastocal.wording.mends import mend_name
 
 
 def blind_section(found: BlindErrors | None) -> dict[str, Any]:
@@ -42,6 +45,21 @@ def blind_entry(effect: BlindEffect) -> dict[str, Any]:
         "usual": _finite(effect.usual),
         "usual_seen": _finite(effect.usual_seen),
     }
+
+
+def mends_section(found: Sequence[Mend]) -> dict[str, Any]:
+    """The section `mends` by its key; empty if there are none."""
+    entries = [
+        {
+            "name": mend_name(mend),
+            "kind": mend.kind,
+            "joints": list(mend.joints),
+            "promised_mm": 1e3 * mend.promised,
+            "more_min": mend.minutes,
+        }
+        for mend in found
+    ]
+    return {"mends": entries} if entries else {}
 
 
 def _finite(value: float) -> float | None:

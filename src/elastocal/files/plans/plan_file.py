@@ -10,7 +10,7 @@ import numpy as np
 from elastocal import __version__
 from elastocal.errors import PlanFileError
 from elastocal.files.doubt_entries import doubt_entries
-from elastocal.files.plans.blind_section import blind_section
+from elastocal.files.plans.blind_section import blind_section, mends_section
 from elastocal.files.plans.covariance_section import covariance_section
 from elastocal.files.plans.document import document_of
 from elastocal.files.plans.done_section import done_section
@@ -191,6 +191,7 @@ def plan_document(plan: Plan) -> dict[str, Any]:
         "covariance": covariance_section(study.fitted, worth.covariance),
         **promise_section(study, worth.promise),
         **blind_section(plan.blind),
+        **mends_section(plan.mends),
         "remarks": [worded(doubt) for doubt in plan.doubts],
         "doubts": doubt_entries(plan.doubts),
         "criteria": _criteria(worth.criteria),

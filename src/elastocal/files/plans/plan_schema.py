@@ -152,6 +152,7 @@ class PlanFile(OpenSection):
     certificate: CertificateFile | None = None
     promise: dict[str, Any] | None = None
     blind: dict[str, Any] | None = None
+    mends: list[dict[str, Any]] | None = None
 
 
 class PlannedCasesFile(OpenSection):

@@ -200,7 +200,7 @@ def proposal_in(document: dict[str, Any], path: Path, robot: Robot) -> Proposal:
     )
 
 
-_UNCHECKED = ("after", "blind", "schedule", "searches")
+_UNCHECKED = ("after", "blind", "mends", "schedule", "searches")
 _SEARCHED = (
     *("fresh_starts", "attained", "narrow_starts", "narrow_attained", "rarest", "missed"),
     *("floored", "peak", "continuous_design"),

@@ -6,8 +6,11 @@ from elastocal.planning.blind import BlindEffect
 from elastocal.planning.plan import Plan
 from elastocal.report.charts.blind import BlindLane, blind_chart
 from elastocal.report.layout import two_widths
-from elastocal.report.section import PageSection
+from elastocal.report.section import PageSection, Values
+from elastocal.report.tables import BarTable, Row
 from elastocal.wording.blind import BLIND, effect_name, proof_sentence, size_of
+from elastocal.wording.mends import ESTIMATES, MENDS, mend_name, minutes_phrase
+from elastocal.wording.numbers import length
 
 _INVISIBLE, _VISIBLE = 6, 8  # lanes
 
@@ -23,7 +26,14 @@ def blind_sections(plan: Plan) -> tuple[PageSection, ...]:
     lanes = [_lane(effect) for effect in shown]
     chart = two_widths(lambda width: blind_chart(lanes, claim, width))
     left = len(found.effects) - len(lanes)
-    values = {"title": BLIND, "chart": chart, "said": proof_sentence(found), "left": left}
+    values: Values = {
+        "title": BLIND,
+        "chart": chart,
+        "said": proof_sentence(found),
+        "left": left,
+        "mends": _mends(plan),
+        "help": f"{ESTIMATES} This plan promises {length(claim)}.",
+    }
     return (PageSection("blind", "Not seen", values),)
 
 
@@ -31,3 +41,11 @@ def _lane(effect: BlindEffect) -> BlindLane:
     seen = "dot" if effect.half <= effect.largest else "ring"
     seen = "far" if effect.invisible else seen
     return BlindLane(effect_name(effect), size_of(effect.size, effect.unit), seen, effect.error)
+
+
+def _mends(plan: Plan) -> BarTable | None:
+    """What would promise more; None if nothing is known to."""
+    rows = tuple(
+        Row((mend_name(mend), length(mend.promised), minutes_phrase(mend))) for mend in plan.mends
+    )
+    return BarTable((MENDS, "Promised", "At the cell"), rows) if rows else None
