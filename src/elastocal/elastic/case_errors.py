@@ -123,10 +123,14 @@ def own_covariance(
     Source: ours; u_φ² G (|F|² I - F Fᵀ) Gᵀ with G the deflection for a unit force.
     """
     total = regressor(arm, cases) @ compliance
-    covariance = errors.gain**2 * total[:, :, None] * total[:, None, :]
-    if errors.tilt > 0.0:
-        for turned in _turned(arm, compliance, cases):
-            covariance += errors.tilt**2 * turned[:, :, None] * turned[:, None, :]
+    covariance = np.zeros((*total.shape, total.shape[1]))
+    for wrench in (cases.second, cases.first) if cases.preloaded else (cases.wrench,):
+        load = LoadCases(cases.q, wrench)  # each of the loads errs by itself
+        moved = [errors.gain * (regressor(arm, load) @ compliance)]
+        if errors.tilt > 0.0:
+            moved += [errors.tilt * turned for turned in _turned(arm, compliance, load)]
+        for one in moved:
+            covariance += one[:, :, None] * one[:, None, :]
     if errors.repeatability > 0.0:
         back = np.zeros((total.shape[1], 3))
         for rows, length in _kinds(arm, total.shape[1]):

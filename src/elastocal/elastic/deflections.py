@@ -24,16 +24,15 @@ def loaded_deflection(arm: ElasticArm, compliance: Array, cases: LoadCases) -> A
 
     If the tool asks for it, the rotation of the flange from unloaded to loaded is appended: axis
     times angle, base frame [rad]. Unloaded is the arm under the weight of its links alone, if that
-    is known.
+    is known, and what acts before the load.
 
     Raises:
         EquilibriumError: a load case has no stable equilibrium; the message names it.
     """
-    loaded = _at_rest(arm, compliance, cases)
+    loaded = _at_rest(arm, compliance, LoadCases(cases.q, cases.second))
     idle = np.zeros_like(loaded)
-    if arm.sags:
-        without = LoadCases(cases.q, np.zeros_like(cases.wrench))
-        idle = _at_rest(arm, compliance, without)
+    if arm.sags or cases.preloaded:
+        idle = _at_rest(arm, compliance, LoadCases(cases.q, cases.first))
     moved = markers_at(arm, cases.q, loaded) - markers_at(arm, cases.q, idle)
     if not arm.tool.rotation:
         return moved
@@ -52,7 +51,8 @@ def deflection_and_gradient(
     Raises:
         EquilibriumError: a load case has no stable equilibrium; the message names it.
     """
-    wrenches = [cases.wrench] + ([np.zeros_like(cases.wrench)] if arm.sags else [])
+    two = arm.sags or cases.preloaded
+    wrenches = [cases.second, cases.first] if two else [cases.wrench]
     found, states = [], []
     for wrench in wrenches:
         rest = _at_rest(arm, compliance, LoadCases(cases.q, wrench))
@@ -60,7 +60,7 @@ def deflection_and_gradient(
         states.append(here)
         found.append((here.markers, here.velocity @ here.slope))
     loaded, slope = found[0]
-    if arm.sags:
+    if two:
         moved, slope = loaded - found[1][0], slope - found[1][1]
     else:
         flat = np.zeros((len(cases), len(arm.springs)))

@@ -6,12 +6,12 @@ poses, the support of a plan and what was measured are all batches of load cases
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
-from elastocal.arrays import Array, IntArray, freeze, frozen
+from elastocal.arrays import Array, BoolArray, IntArray, freeze, frozen, unset
 from elastocal.errors import InputError
 
 
@@ -22,14 +22,22 @@ class LoadCases:
     Attributes:
         q: (N, n) joint values [rad or m].
         wrench: (N, 6) force then moment, in the base frame [N, N·m].
+        before: (N, 6) what acts already before this load comes on top, as where the arm is read
+            between two loads; none if not given.
     """
 
     q: Array
     wrench: Array
+    before: Array = field(default_factory=unset)
 
     def __post_init__(self) -> None:
-        freeze(self, "q", "wrench")
+        freeze(self, "q", "wrench", "before")
         q, wrench = self.q, self.wrench
+        if self.before.size and self.before.shape != wrench.shape:
+            raise InputError(
+                f"{len(q)} load cases need as many wrenches before them, or none; found "
+                f"{self.before.shape}"
+            )
         if q.ndim != 2 or wrench.shape != (len(q), 6):
             raise InputError(
                 f"load cases need q of shape (N, n) and wrench of shape (N, 6); found {q.shape} "
@@ -38,10 +46,31 @@ class LoadCases:
         if not (np.isfinite(q).all() and np.isfinite(wrench).all()):
             raise InputError("load cases must be finite numbers; found NaN or infinity")
 
+    @property
+    def preloaded(self) -> bool:
+        """Whether anything acts before the load."""
+        return self.before.size > 0
+
+    @property
+    def first(self) -> Array:
+        """(N, 6) wrench of the first of the two states: nothing, if the arm is not preloaded."""
+        return self.before if self.preloaded else np.zeros_like(self.wrench)
+
+    @property
+    def second(self) -> Array:
+        """(N, 6) wrench of the second."""
+        return self.wrench + self.before if self.preloaded else self.wrench
+
+    def chosen(self, keep: BoolArray | IntArray) -> LoadCases:
+        """Some of them, by a mask or by their numbers."""
+        before = self.before[keep] if self.preloaded else self.before
+        return LoadCases(self.q[keep], self.wrench[keep], before)
+
     @cached_property
     def distinct(self) -> IntArray:
         """(N,) number of each among the distinct load cases."""
-        together = np.asarray(np.round(np.hstack([self.q, self.wrench]), 9), dtype=np.float64)
+        parts = [self.q, self.wrench] + ([self.before] if self.preloaded else [])
+        together = np.asarray(np.round(np.hstack(parts), 9), dtype=np.float64)
         return frozen(ranks_of_rows(together), np.int64)
 
     def __len__(self) -> int:

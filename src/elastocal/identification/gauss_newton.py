@@ -105,8 +105,8 @@ class _Bent:
 
     def __init__(self, problem: Problem, compliance: Array) -> None:
         self.arm, self.cases, self.shrink = problem.arm, problem.cases, problem.shrink or 1.0
-        idle = np.zeros_like(self.cases.wrench)
-        self.wrenches = [self.cases.wrench] + ([idle] if self.arm.sags else [])
+        self.two = self.arm.sags or self.cases.preloaded
+        self.wrenches = [self.cases.second, self.cases.first][: 1 + self.two]
         self.states = []
         for wrench in self.wrenches:  # from where the linear model leads
             self.unloaded, effort = unbent(self.arm, self.cases.q, wrench)
@@ -135,7 +135,7 @@ class _Bent:
             parts = [(move.velocity, move) for move in moves]
             ahead, slope = _first_order(parts[:1])
             deflection = moves[0].markers + ahead
-            if self.arm.sags:
+            if self.two:
                 back, less = _first_order(parts[1:])
                 deflection, slope = deflection - (moves[1].markers + back), slope - less
             else:

@@ -178,7 +178,7 @@ def chosen(measurements: Measurements, keep: BoolArray) -> Measurements:
     reading = keep[measurements.case]
     return replace(
         measurements,
-        cases=LoadCases(measurements.cases.q[keep], measurements.cases.wrench[keep]),
+        cases=measurements.cases.chosen(keep),
         names=tuple(n for n, k in zip(measurements.names, keep, strict=True) if k),
         case=number[measurements.case[reading]],
         marker=measurements.marker[reading],

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastocal.arrays import Array, BoolArray, IntArray
+from elastocal.arrays import Array, BoolArray, IntArray, unset
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import MeasurementFileError
 from elastocal.files.measurements.columns import FORCES, MASS, TORQUES
@@ -34,13 +34,20 @@ class Grouping:
     remarks: tuple[str, ...]
 
 
-def grouped(table: Table, robot: Robot, loaded: BoolArray | None, gravity: Array) -> Grouping:
+def grouped(
+    table: Table,
+    robot: Robot,
+    loaded: BoolArray | None,
+    gravity: Array,
+    preloaded: BoolArray,
+) -> Grouping:
     """The experiments of a table.
 
     Args:
         table: Rows with joints and loads.
         robot: Whose joints they are.
         loaded: (R,) whether the row was read under load; None if all are deflections.
+        preloaded: (R,) whether it was read under the first of two loads.
         gravity: (3,) acceleration with which a hanging mass pulls [m/s²]; zero for the standard.
 
     Raises:
@@ -67,8 +74,8 @@ def grouped(table: Table, robot: Robot, loaded: BoolArray | None, gravity: Array
             f"joint values differ within experiments by up to {scale * spread[row, joint]:.2g} "
             f"{unit}; their means are used"
         )
-    wrench, said = _wrenches(table, names, codes, loaded, gravity)
-    return Grouping(names, codes, LoadCases(q, wrench), (*remarks, *said))
+    wrench, before, said = _wrenches(table, names, codes, loaded, gravity, preloaded)
+    return Grouping(names, codes, LoadCases(q, wrench, before), (*remarks, *said))
 
 
 def _experiments(table: Table) -> tuple[tuple[str, ...], IntArray]:
@@ -113,15 +120,25 @@ def _wrenches(
     codes: IntArray,
     loaded: BoolArray | None,
     gravity: Array,
-) -> tuple[Array, list[str]]:
+    preloaded: BoolArray,
+) -> tuple[Array, Array, list[str]]:
+    """(N, 6) the load that came on top, and what acted before it; none if nothing did."""
     wrench = table.vectors((*FORCES, *TORQUES))
     if MASS in table.numbers:
         pull = gravity if np.any(gravity) else np.array([0.0, 0.0, -STANDARD_GRAVITY])
         wrench[:, :3] = table.numbers[MASS][:, None] * pull
     if loaded is None:
-        return _shared(table, names, codes, wrench, np.arange(table.rows))
-    on, off = np.flatnonzero(loaded), np.flatnonzero(~loaded)
+        result, remarks = _shared(table, names, codes, wrench, np.arange(table.rows))
+        return result, unset(), remarks
+    on, off = np.flatnonzero(loaded), np.flatnonzero(~loaded & ~preloaded)
     result, remarks = _shared(table, names, codes, wrench, on)
+    before = unset()
+    if wrench[preloaded].any():
+        every = np.flatnonzero(~loaded)
+        before, said = _shared(table, names, codes, wrench, every)
+        before[np.setdiff1d(np.arange(len(names)), codes[preloaded])] = 0.0
+        remarks += said
+        result = result - before
     if wrench[off].any():
         rest, _ = _shared(table, names, codes, wrench, off)
         for side in (slice(0, 3), slice(3, 6)):
@@ -142,7 +159,7 @@ def _wrenches(
             f"{np.linalg.norm(rest[:, :3], axis=1).max():.3g} N); the differences are used"
         )
         result = result - rest
-    return result, remarks
+    return result, before, remarks
 
 
 def _shared(

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from elastocal.arrays import Array, unset
+from elastocal.arrays import Array, BoolArray, unset
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import MeasurementFileError
 from elastocal.files.measurements.cells import read_cells
@@ -228,7 +228,7 @@ def _measurements(table: Table, study: Study, mapping: FieldMapping | None) -> M
     table = kept(table, keep) if not keep.all() else table
     loaded = chosen_word(table, "state", _STATES) if "state" in table.words else None
     marker = markers(table, tool)
-    grouping = grouped(table, study.robot, loaded, study.gravity)
+    grouping = grouped(table, study.robot, loaded, study.gravity, _preloaded(table))
     if mapping and mapping.controller:
         grouping = replace(grouping, cases=_from_controller(grouping.cases, study))
     if loaded is None:
@@ -304,10 +304,18 @@ def _covariance(
 
 def _from_controller(cases: LoadCases, study: Study) -> LoadCases:
     """Load cases with the joint values of the model for those that the controller shows."""
-    return LoadCases(study.coupling.to_model(cases.q), cases.wrench)
+    return replace(cases, q=study.coupling.to_model(cases.q))
 
 
-_STATES = {"loaded": True, "unloaded": False}
+_STATES = {"loaded": True, "unloaded": False, "preloaded": False}
+
+
+def _preloaded(table: Table) -> BoolArray:
+    """(R,) whether a row was read under the first of two loads."""
+    words = table.words.get("state")
+    if words is None:
+        return np.zeros(table.rows, dtype=bool)
+    return np.array([name.lower() == "preloaded" for name in words.names], dtype=bool)[words.codes]
 
 
 def _names_of(table: Table, tool: Tool) -> set[tuple[str, str]]:

@@ -12,7 +12,6 @@ from dataclasses import replace
 import numpy as np
 
 from elastocal.arrays import Array, IntArray
-from elastocal.elastic.load_cases import LoadCases
 from elastocal.measuring.measurements import Measurements
 from elastocal.robot.chain import Robot
 from elastocal.wording.lists import experiments
@@ -70,7 +69,7 @@ def within_limits(found: Measurements, robot: Robot) -> Measurements:
     if np.array_equal(q, found.cases.q):
         return found
     said = tuple(_said(found, q, robot))
-    cases = LoadCases(q, found.cases.wrench)
+    cases = replace(found.cases, q=q)
     return replace(found, cases=cases, remarks=(*found.remarks, *said))
 
 

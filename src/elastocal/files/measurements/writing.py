@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from elastocal.arrays import Array, BoolArray
+from elastocal.errors import InputError
 from elastocal.files.measurements.columns import (
     FORCES,
     POSITION,
@@ -32,8 +33,15 @@ def write_measurements(measurements: Measurements, robot: Robot, path: str | Pat
         measurements: What to write.
         robot: Whose joints they are.
         path: Name of the file.
+
+    Raises:
+        InputError: they were read between two loads, for which deflections have no column.
     """
     m = measurements
+    if m.cases.preloaded:
+        raise InputError(
+            "readings between two loads are not written: deflections have no column for the first"
+        )
     header = ["experiment", "marker"]
     header += [f"{joint.name} [{joint.kind.key}]" for joint in robot.joints]
     header += [f"{name} [N]" for name in FORCES]
