@@ -11,17 +11,18 @@ import pytest
 from scipy.stats import chi2
 
 import elastocal as ec
-from elastocal.elastic.case_errors import CaseErrors
+from elastocal.elastic.case_errors import CaseErrors, own_covariance, shared_covariance
 from elastocal.elastic.effects import Size, effects_of, tilt_of
 from elastocal.elastic.nuisance import Nuisance
 from elastocal.elastic.springs import VirtualJoints
 from elastocal.files.study.study_file import read_study
 from elastocal.planning.blind import BlindEffect, BlindErrors, blind_errors, least_seen
+from elastocal.planning.with_errors import WithErrors
 from elastocal.robot.sources import USUAL
 from elastocal.study.study import Study
 from elastocal.study.two_steps import with_nuisance
 from tests.kr270 import FOLDER, kr270_study
-from tests.planning.test_promise import PLAN, REPEATS
+from tests.planning.test_promise import ALL, PLAN, REPEATS, two_axes_a_joint
 
 NOMINAL = np.array(USUAL["kuka-kr270"])
 
@@ -67,15 +68,12 @@ def columns(study: Study, springs: VirtualJoints) -> tuple[np.ndarray, np.ndarra
     return np.repeat(read, REPEATS, axis=0).ravel() / study.sigma, there
 
 
-def bearing(study: Study, joint: int, axis: list[float] | None = None) -> VirtualJoints:
-    """Springs in the bearing of a joint: about an axis of the body before it, or two across."""
+def bearing(study: Study, joint: int) -> VirtualJoints:
+    """Springs in the bearing of a joint, about two axes across."""
     robot = study.robot
     frame = robot.links[joint]
-    axes = frame[:3, :2].T if axis is None else np.array([axis])
-    count = len(axes)
-    names = tuple(f"b{i}" for i in range(count))
-    at, slides = np.tile(frame[:3, 3], (count, 1)), np.zeros(count, dtype=bool)
-    return VirtualJoints(names, np.full(count, joint), axes, at, slides)
+    at, slides = np.tile(frame[:3, 3], (2, 1)), np.zeros(2, dtype=bool)
+    return VirtualJoints(("x", "y"), np.full(2, joint), frame[:3, :2].T, at, slides)
 
 
 def with_tilts(size: float) -> Study:
@@ -135,6 +133,44 @@ def test_power_and_error_left_of_drawn_campaigns(size: float) -> None:
     assert seen == pytest.approx(0.5, abs=0.03)
     off = (estimate - unknowns) @ campaign.task.T - effect.half * b0
     assert np.linalg.norm(off.mean(axis=0)) == pytest.approx(effect.error, rel=0.03)
+
+
+def test_power_where_repeats_share_errors() -> None:
+    """Errors of absolute size, drawn for load cases and for readings: the test sees half, too."""
+    study = with_nuisance(kr270_study(), two_axes_a_joint(ALL))
+    assert study.nuisance is not None
+    effect = one(found_for(study), "bearing", "A2")
+    b, b0 = columns(study, bearing(study, 1))
+    told, n, rng = WithErrors(study, study.nuisance), 4000, np.random.default_rng(5)
+    arm = replace(study.fitted_arm, springs=told.bending)
+    shared = shared_covariance(ALL, arm, told.usual, PLAN)
+    own = own_covariance(ALL, arm, told.usual, PLAN) + study.sigma**2 * np.eye(3)
+    noise = np.zeros((36, 36))
+    for i, start in enumerate(np.cumsum(REPEATS) - REPEATS):
+        size = REPEATS[i]
+        block = slice(3 * start, 3 * (start + size))
+        noise[block, block] = np.kron(np.ones((size, size)), shared[i])
+        noise[block, block] += np.kron(np.eye(size), own[i])
+    rows = study.fitted.columns(ec.regressor(study.fitted_arm, PLAN))
+    x = np.repeat(rows, REPEATS, axis=0).reshape(36, -1)
+    prior = np.asarray(study.prior)
+    draw = np.linalg.cholesky(noise)
+    spread = np.zeros((len(prior), 12))
+    spread[5:] = np.diag(study.nuisance.deviation)
+    unknowns = np.concatenate([NOMINAL[1:], np.zeros(12)]) + rng.normal(size=(n, 12)) @ spread.T
+    y = unknowns @ x.T + effect.half * b * study.sigma + rng.normal(size=(n, 36)) @ draw.T
+    weighed = np.linalg.solve(noise, x)
+    estimate = 1e-7 * np.linalg.solve((prior + x.T @ weighed) * 1e-14, 1e-7 * weighed.T @ y.T).T
+    groups = np.repeat(np.arange(3), REPEATS)
+    mean = np.kron((groups == np.arange(3)[:, None]) / REPEATS[:, None], np.eye(3))
+    rest = (y - estimate @ x.T) @ mean.T
+    inverse = np.linalg.inv(mean @ noise @ mean.T)
+    square = np.einsum("ni,ij,nj->n", rest, inverse, rest)
+    square += np.einsum("ni,ij,nj->n", estimate, prior, estimate)
+    assert (square > chi2.ppf(0.95, 4)).mean() == pytest.approx(0.5, abs=0.03)
+    task = np.asarray(study.test_poses[0].regressor)
+    off = ((estimate - unknowns) @ task.T).mean(axis=0) - effect.half * b0
+    assert np.linalg.norm(off) == pytest.approx(effect.leak * effect.half, rel=0.05)
 
 
 def test_an_effect_that_is_in_the_fit_leaves_what_its_prior_does() -> None:

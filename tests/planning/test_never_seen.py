@@ -26,10 +26,12 @@ def test_a_hung_weight_never_shows_what_turns_about_the_vertical() -> None:
     found = never_seen(kr270_study(), np.random.default_rng(0))
     assert {("joint", "A1"), ("bearing", "A2"), ("foot-sliding", "")} <= places(found.effects)
     assert places(found.aslant) == {("tool-sliding", "")}
-    said = never_seen_sentence(found.effects, found.aslant)
+    assert not found.markers
+    said = never_seen_sentence(found.effects, found.aslant, found.markers)
     assert "joint A1 (up to 941 µm by 1.0 µrad/(N·m))" in said
-    assert said.endswith("would show it, all but tool sliding along its y.")
-    assert not never_seen_sentence((), ())
+    assert "would show joint A1; bearing of A2 about z; foot sliding along y." in said
+    assert said.endswith("Three markers, with these loads, would show tool sliding along its y.")
+    assert not never_seen_sentence((), (), ())
 
 
 def test_loads_to_all_sides_show_everything_but_the_bracket() -> None:
@@ -38,7 +40,9 @@ def test_loads_to_all_sides_show_everything_but_the_bracket() -> None:
     free = replace(study, experiments=replace(study.experiments, force=aslant))
     found = never_seen(free, np.random.default_rng(0))
     assert places(found.effects) == {("tool-sliding", "")}
-    assert never_seen_sentence(found.effects, found.aslant).endswith("every test of fit passes.")
+    said = never_seen_sentence(found.effects, found.aslant, found.markers)
+    assert said.endswith("Three markers and loads aslant would show tool sliding along its y.")
+    assert never_seen_sentence(found.effects, found.effects, found.effects).endswith("passes.")
 
 
 def test_turned_loads_keep_their_size() -> None:

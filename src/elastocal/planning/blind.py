@@ -24,7 +24,7 @@ _NOTHING = 1e-9  # of an error at the task [m]
 _ALIKE = 1e-6  # of what effects do
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class BlindEffect:
     """One thing that the model may lack; sizes in `unit`.
 

@@ -20,10 +20,10 @@ from elastocal.elastic.springs import joint_springs, merged
 from elastocal.errors import InfeasibleError
 from elastocal.motion.schedule import schedule
 from elastocal.motion.tour import best_order
+from elastocal.planning.more_markers import with_markers
 from elastocal.planning.never_seen import ASLANT
 from elastocal.planning.promise import promise
 from elastocal.planning.quick_choice import chosen
-from elastocal.robot.rotations import frame_about
 from elastocal.study.left_rigid import left_rigid
 from elastocal.study.study import Study
 from elastocal.study.two_steps import with_nuisance
@@ -36,8 +36,6 @@ step together."""
 _POOL = 300  # random load cases
 _ASIDE = 4  # readings of a second step
 _SIDEWAYS = 0.4  # of the load: a rope over a pulley
-_APART = 0.3  # further markers from the first [m]
-_ENOUGH = 3  # markers from which on no more are proposed
 _WORTH = 0.05  # gain below which nothing is proposed
 
 
@@ -96,7 +94,7 @@ def _all(study: Study, cases: LoadCases, repeats: IntArray) -> Iterator[Mend]:
         markers = len(other.experiments.tool.markers)
         return Mend(kind, joints, _promised(other, picked, times), minutes, markers, count)
 
-    more = _with_markers(study)
+    more = with_markers(study)
     slanted = _aslant(_finding(study, rigid))
     made = []
     if len(cases) < count:
@@ -106,7 +104,7 @@ def _all(study: Study, cases: LoadCases, repeats: IntArray) -> Iterator[Mend]:
         made.append(Mend("markers", (), _promised(more, cases, repeats), 0.0, markers, count))
     if slanted is not None:
         made.append(tried("aslant", slanted, rigid, s=len(cases)))
-        best = _with_markers(slanted) or slanted
+        best = with_markers(slanted) or slanted
         made.append(tried("all", best, rigid, s=count))
     if rigid and isinstance(study.experiments.force, FixedVector):
         made.append(_second_step(study, cases, repeats, rigid))
@@ -129,20 +127,6 @@ def _aslant(study: Study) -> Study | None:
         return None
     cone = FreeDirection(force.size, force.value / force.size, ASLANT)
     return replace(study, experiments=replace(study.experiments, force=cone))
-
-
-def _with_markers(study: Study) -> Study | None:
-    """The study with two more markers beside the first; None if it has three, or turns are read."""
-    tool = study.experiments.tool
-    if len(tool.markers) >= _ENOUGH or tool.rotation:
-        return None
-    first = tool.markers[0]
-    size = float(np.linalg.norm(first))
-    frame = frame_about(first / size) if size else np.eye(3)
-    markers = np.vstack([tool.markers, first + _APART * frame[:, :2].T])
-    names = (*tool.marker_names, "further 1", "further 2")
-    more = replace(tool, markers=markers, marker_names=names)
-    return replace(study, experiments=replace(study.experiments, tool=more))
 
 
 def _second_step(

@@ -13,11 +13,13 @@ import numpy as np
 from elastocal.arrays import Array
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InfeasibleError
-from elastocal.planning.blind import BlindEffect, blind_errors
+from elastocal.planning.blind import BlindEffect, BlindErrors, blind_errors
+from elastocal.planning.more_markers import with_markers
 from elastocal.robot.rotations import frame_about
 from elastocal.study.study import Study
 
 _CASES = 60  # random load cases
+_SMALL = 0.01  # of the worst: less is not said
 ASLANT = float(np.radians(45.0))
 """By how much loads are turned to see what another direction would show [rad]."""
 
@@ -30,10 +32,12 @@ class NeverSeen:
         effects: What many random load cases do not show, the worst first.
         aslant: Those of them that the same configurations do not show either with loads of the same
             size, turned by 45° each to another side.
+        markers: Those of these that two more markers do not show either.
     """
 
     effects: tuple[BlindEffect, ...] = ()
     aslant: tuple[BlindEffect, ...] = ()
+    markers: tuple[BlindEffect, ...] = ()
 
 
 def never_seen(study: Study, rng: np.random.Generator) -> NeverSeen:
@@ -46,10 +50,20 @@ def never_seen(study: Study, rng: np.random.Generator) -> NeverSeen:
     found = blind_errors(study, cases, repeats)
     if found is None or not found.invisible:
         return NeverSeen()
-    other = blind_errors(study, LoadCases(cases.q, turned(cases.wrench, rng)), repeats)
+    worst = found.invisible[0].error
+    unseen = tuple(e for e in found.invisible if e.error > _SMALL * worst)
+    aslant = LoadCases(cases.q, turned(cases.wrench, rng))
+    left = _still(unseen, blind_errors(study, aslant, repeats))
+    more = with_markers(study)
+    if not left or more is None:
+        return NeverSeen(unseen, left, left)
+    return NeverSeen(unseen, left, _still(left, blind_errors(more, aslant, repeats)))
+
+
+def _still(effects: tuple[BlindEffect, ...], other: BlindErrors | None) -> tuple[BlindEffect, ...]:
+    """Those of the effects that others do not show either."""
     left = set() if other is None else {(e.kind, e.carriers) for e in other.invisible}
-    still = tuple(e for e in found.invisible if (e.kind, e.carriers) in left)
-    return NeverSeen(found.invisible, still)
+    return tuple(e for e in effects if (e.kind, e.carriers) in left)
 
 
 def turned(wrench: Array, rng: np.random.Generator) -> Array:

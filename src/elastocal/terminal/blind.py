@@ -24,7 +24,7 @@ def show_blind(found: BlindErrors | None, plan: str = "") -> None:
         return
     title = BLIND + (f" in {plan}" if plan else "")
     table = Table(title=Text(title), title_justify="left", box=box.SIMPLE_HEAD)
-    for column in ("what the model may lack", "of this size", "is seen", "leaves"):
+    for column in (_FIRST, "of this size", "is seen", "leaves"):
         table.add_column(column, justify="left" if column in ("is seen", _FIRST) else "right")
     for effect in (*found.invisible[:_WORST], *found.visible[:_WORST]):
         table.add_row(*_row(effect))
@@ -36,7 +36,7 @@ def show_blind(found: BlindErrors | None, plan: str = "") -> None:
         out.print(Text(said))
 
 
-_FIRST = "what the model may lack"
+_FIRST = "what may be there"
 
 
 def _row(effect: BlindEffect) -> tuple[Text | str, ...]:

@@ -102,7 +102,8 @@ def show_check(study: Study, found: Checkup) -> None:
         out.print(Text(f"Note: {ended(remark)}", style="yellow"))
     for doubt in found.doubts:
         out.print(Text(told(doubt, ended(worded(doubt))), style="yellow"))
-    if said := never_seen_sentence(found.never_seen.effects, found.never_seen.aslant):
+    never = found.never_seen
+    if said := never_seen_sentence(never.effects, never.aslant, never.markers):
         out.print(Text(f"Note: {said}", style="yellow"))
     if found.problem is None:
         out.print(f"[green]Identifiable:[/green] {escape(', '.join(study.springs.names))}")

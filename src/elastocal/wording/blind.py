@@ -33,6 +33,8 @@ class Blind(Protocol):
     @property
     def seen(self) -> float: ...
     @property
+    def usual_seen(self) -> float: ...
+    @property
     def error(self) -> float: ...
 
 
@@ -126,24 +128,43 @@ def proof_sentence(found: Seen) -> str:
             left.append(f"{what} up to {length(worst.error)} ({effect_name(worst)})")
     if not left:
         return ""
-    return f"If the test of fit passes, there may still be left: {'; '.join(left)}."
+    said = f"If the test of fit passes, there may still be left: {'; '.join(left)}."
+    usual = [e.usual_seen for e in (*found.invisible, *found.visible) if e.usual_seen > 0.0]
+    if usual:
+        count = sum(chance >= 0.5 for chance in usual)
+        said += (
+            f" Of {len(usual)} things of usual size it sees {count or 'none'} in half of all "
+            "campaigns or more."
+        )
+    return said
 
 
-def never_seen_sentence(unseen: Sequence[Blind], aslant: Sequence[Blind]) -> str:
-    """What no plan of a study shows, and whether other loads would; empty if all is shown."""
+def never_seen_sentence(
+    unseen: Sequence[Blind], aslant: Sequence[Blind], markers: Sequence[Blind]
+) -> str:
+    """What no plan of a study shows, and what would; empty if all is shown.
+
+    Args:
+        unseen: What is never seen.
+        aslant: What of it loads aslant do not show either.
+        markers: What of that more markers do not show either.
+    """
     if not unseen:
         return ""
     names = [
         f"{effect_name(e)} (up to {length(e.error)} by {size_of(e.size, e.unit)})" for e in unseen
     ]
-    said = (
+    said = [
         f"no reading under these loads shows {'; '.join(names)}: that stays at the test poses, and "
         "every test of fit passes"
-    )
-    if len(aslant) == len(unseen):
-        return f"{said}."
-    but = f", all but {'; '.join(effect_name(e) for e in aslant)}" if aslant else ""
-    return f"{said}. Loads of the same size, aslant by 45° to several sides, would show it{but}."
+    ]
+    if by_loads := [effect_name(e) for e in unseen if e not in aslant]:
+        what = "it" if len(by_loads) == len(unseen) else "; ".join(by_loads)
+        said.append(f"Loads of the same size, aslant by 45° to several sides, would show {what}")
+    if by_markers := [effect_name(e) for e in aslant if e not in markers]:
+        also = ", with these loads," if by_loads else " and loads aslant"
+        said.append(f"Three markers{also} would show {'; '.join(by_markers)}")
+    return f"{'. '.join(said)}."
 
 
 def _axis(axis: Array) -> str:
