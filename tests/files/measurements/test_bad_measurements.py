@@ -142,8 +142,8 @@ CASES: dict[str, tuple[bytes, list[str]]] = {
         edited("u [mm]", "u [m]").replace(b",0.02\n", b",20\n"),
         ["line 2, column 'u [m]'", "no instrument", "found 20000 mm"]),
     "unknown state": (
-        edited("1,M2,loaded", "1,M2,preloaded", STATES),
-        ["line 5, column 'state'", "loaded, unloaded", "'preloaded'"]),
+        edited("1,M2,loaded", "1,M2,halfloaded", STATES),
+        ["line 5, column 'state'", "loaded, unloaded", "'halfloaded'"]),
     "unknown mark": (edited("1500.0,1\n", "1500.0,maybe\n", STATES), ["column 'valid'", "'maybe'"]),
     "no row is valid": (
         STATES.replace(",1\n", ",0\n").encode(),
