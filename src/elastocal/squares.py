@@ -48,6 +48,21 @@ def largest_likely(weight: Array, share: float = 0.95, dof: float = np.inf) -> f
     return float(np.sqrt(total * high))
 
 
+def weights_of(form: Array, covariance: Array) -> tuple[Array, Array]:
+    """What xᵀ form x is a sum of squares of, where x is normal with a covariance (p, p).
+
+    Returns:
+        (p,) weights w, smallest first, so that it is Σ w z²; and (p,) the combination of x behind
+        the largest.
+    """
+    scale = np.sqrt(np.diagonal(covariance))
+    scale = np.where(scale > 0.0, scale, 1.0)
+    size, axes = np.linalg.eigh(covariance / np.outer(scale, scale))
+    root = scale[:, None] * axes * np.sqrt(np.maximum(size, 0.0))
+    weight, vectors = np.linalg.eigh(root.T @ form @ root)
+    return np.maximum(weight, 0.0), np.asarray(form @ root @ vectors[:, -1])
+
+
 def _below(weight: Array, limit: Array) -> Array:
     """(n,) probability that Σ w z² is below each of the limits (n,), which are positive."""
     angle = np.arange(1, _NODES) * np.pi / _NODES

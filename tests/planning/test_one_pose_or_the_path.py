@@ -1,4 +1,4 @@
-"""The tables of README and how-to-choose: what plans for a pose and for a path are worth.
+"""The tables of how-to-choose: what plans for a pose and for a path are worth.
 
 Plans as they were found with seed 0, rounded to 0.01°; what they are worth is computed here.
 """
@@ -17,7 +17,6 @@ from elastocal.planning.along_paths import better_along
 from elastocal.planning.assessment import Assessment
 
 ROOT = Path(__file__).parents[2]
-README = (ROOT / "README.md").read_text("utf-8")
 GUIDE = (ROOT / "docs" / "how-to-choose.md").read_text("utf-8")
 PLANS = {
     "the one pose": [
@@ -70,22 +69,6 @@ def test_the_plan_for_the_path_is_better_at_most_points() -> None:
     found = better_along(study(), plans)["milling path"]
     assert 100.0 * found["the path"]["the one pose"] == pytest.approx(float(share), abs=0.5)
     assert found["the one pose"]["the path"] == pytest.approx(1 - found["the path"]["the one pose"])
-
-
-def test_what_the_readme_prints_of_the_demo() -> None:
-    printed = README[README.index("The demo prints") : README.index("then it measures")]
-    rows = re.findall(r"^ +\d((?: +-?\d+\.\d\d){6}) +(\d+)×$", printed, re.MULTILINE)
-    assert [(*map(float, q.split()), int(n)) for q, n in rows] == PLANS["the path"]
-    worth, alone = judged(PLANS["the path"]), judged(PLANS["the one pose"])
-    point, other = worth.worst_points[1], alone.worst_points[1]
-    assert point is not None
-    assert other is not None
-    for value in (*worth.rho0_each, point.rho0, alone.rho0_each[1], other.rho0):
-        assert f"{1e6 * value:.3f} µm" in printed
-    assert f"200 points)        100 %   {1e6 * worth.rho0:.3f} µm" in printed
-    assert printed.count(f" {point.name}\n") == 1
-    more = alone.rho0_each[1] / worth.rho0 - 1.0
-    assert f"{100 * more:.0f} % more" in printed
 
 
 def test_the_study_of_the_path_is_that_of_the_pose_otherwise() -> None:

@@ -29,6 +29,7 @@ from elastocal.compensation.loaded_inverse_kinematics import (
     tcp_poses,
 )
 from elastocal.elastic.arm import ElasticArm
+from elastocal.elastic.cartesian import limit_left
 from elastocal.elastic.case_errors import CaseErrors, shared_covariance
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.equilibrium import efforts, equilibrium
@@ -58,6 +59,7 @@ class Compensation:
         before: (N, 3) deflection of the TCP without compensation, by the model [m].
         after: (N, 3) what remains with it, by the nonlinear equilibrium of the model [m].
         covariance: (N, 3, 3) of the remaining error, caused by the covariance of the model [m²].
+        limit: What the root mean square of that error over all points stays below with 95 % [m].
         floor: (N,) root mean square error that no calibration takes away: friction, what no model
             explains, where the robot comes back to [m]; zero where nothing is said of them.
         converged: (N,) whether a stable equilibrium was found at the corrected configuration and
@@ -78,6 +80,7 @@ class Compensation:
     before: Array
     after: Array
     covariance: Array
+    limit: float
     floor: Array
     converged: BoolArray
     iterations: IntArray
@@ -261,6 +264,7 @@ def _judged(
         before=frozen(loaded[:, :3, 3] - target[:, :3, 3]),
         after=frozen(after),
         covariance=frozen(rows @ model.at_task @ rows.transpose(0, 2, 1)),
+        limit=limit_left(arm, model, cases),
         floor=frozen(_floor(arm, model, cases, errors)),
         converged=frozen(converged, np.bool_),
         iterations=frozen(found.iterations, np.int64),

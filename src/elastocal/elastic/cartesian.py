@@ -20,6 +20,7 @@ from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import Regressor, regressor
 from elastocal.matrices import rank_of
 from elastocal.robot.posture import Posture
+from elastocal.squares import largest_likely, weights_of
 
 _AXES = ("x", "y", "z")
 _NOTHING = 1e-12  # share of the largest compliance that is rounding
@@ -169,3 +170,17 @@ def error_left(arm: ElasticArm, model: ComplianceModel, cases: LoadCases) -> Arr
     """
     rows = regressor(replace(arm, springs=model.springs, tool=arm.tool.at_tcp), cases)
     return np.sqrt(np.einsum("nip,pq,niq->n", rows, model.at_task, rows))
+
+
+def limit_left(arm: ElasticArm, model: ComplianceModel, cases: LoadCases) -> float:
+    """What the root mean square of that error over N load cases stays below with 95 % [m].
+
+    With σ estimated, by the degrees of freedom of the combination that errs most.
+
+    Source: ours; see `squares`.
+    """
+    rows = regressor(replace(arm, springs=model.springs, tool=arm.tool.at_tcp), cases)
+    form = np.einsum("nip,niq->pq", rows, rows) / len(cases)
+    weight, most = weights_of(form, model.at_task)
+    dof = float(model.freedom(most[None])[0]) if most.any() else np.inf
+    return largest_likely(weight, dof=dof)

@@ -16,7 +16,7 @@ from elastocal.elastic.case_errors import CaseErrors, shared_covariance
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.matrices import rank_of, scaled_inverse
 from elastocal.planning.with_errors import WithErrors
-from elastocal.squares import largest_likely
+from elastocal.squares import largest_likely, weights_of
 from elastocal.study.study import Study
 
 
@@ -146,10 +146,7 @@ def _weights(study: Study, blocks: list[Array], covariance: Array) -> Array:
         share * np.einsum("nri,nrj->ij", a, a) / len(a)
         for share, a in zip(study.shares.tolist(), blocks, strict=True)
     )
-    scale = np.sqrt(np.diagonal(covariance))
-    size, axes = np.linalg.eigh(covariance / np.outer(scale, scale))
-    root = scale[:, None] * axes * np.sqrt(np.maximum(size, 0.0))
-    return np.asarray(np.maximum(np.linalg.eigvalsh(root.T @ squares @ root), 0.0))
+    return weights_of(np.asarray(squares), covariance)[0]
 
 
 def _root(study: Study, squares: Array) -> float:

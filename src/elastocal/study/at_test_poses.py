@@ -10,7 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.elastic.arm import ElasticArm
-from elastocal.elastic.cartesian import CartesianCompliance, cartesian_compliance, error_left
+from elastocal.elastic.cartesian import (
+    CartesianCompliance,
+    cartesian_compliance,
+    error_left,
+    limit_left,
+)
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.study.study import Study
 from elastocal.study.test_path import TestPath
@@ -25,6 +30,7 @@ class AtTestPose:
         tool: Name of its tool.
         rho0: Root mean square error that the uncertainty of the model leaves there after
             compensation [m]; over the points of a path.
+        limit: What that error stays below with 95 % [m].
         cartesian: Compliance and stiffness at its TCP; of a path at its first point.
         place: That point, empty if it is the test pose itself.
     """
@@ -32,6 +38,7 @@ class AtTestPose:
     name: str
     tool: str
     rho0: float
+    limit: float
     cartesian: CartesianCompliance
     place: str = ""
 
@@ -47,8 +54,9 @@ def at_test_poses(study: Study, model: ComplianceModel, width: float) -> tuple[A
             continue
         arm = ElasticArm(study.robot, model.springs, pose.tool, study.gravity)
         left = error_left(arm, model, pose.cases)
+        limit = limit_left(arm, model, pose.cases)
         (stiff,) = cartesian_compliance(arm, model, pose.case.q, width)
         place = f"point {pose.points[0]}" if isinstance(pose, TestPath) else ""
         rms = float(np.sqrt(np.mean(left**2)))
-        found.append(AtTestPose(pose.name, pose.tool.name, rms, stiff, place))
+        found.append(AtTestPose(pose.name, pose.tool.name, rms, limit, stiff, place))
     return tuple(found)

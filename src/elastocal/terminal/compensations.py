@@ -47,6 +47,8 @@ def show_compensation(done: Compensation, task: ToolPath, residual: Array | None
     whole(table)
     if not done.model.covariance.any():
         out.print("The model has no covariance: it is taken as exact, ρ0 is zero.")
+    else:
+        out.print(Text(_limit(done, residual)))
     out.print(Text(_besides(done)))
     for note in (*task.remarks, *map(worded, done.notes)):
         out.print(Text(f"Note: {ended(note)}", style="yellow"))
@@ -68,6 +70,19 @@ def _springs(done: Compensation) -> str:
     if len(names) <= _MANY:
         return ", ".join(names)
     return f"{', '.join(own)} and {len(names) - len(own)} springs besides"
+
+
+def _limit(done: Compensation, residual: Array | None) -> str:
+    """What stays below the limit, and whether it does in truth."""
+    said = (
+        f"With 95 % the RMS over all points is below {micrometres(done.limit)}, as far as the "
+        "compliances are uncertain"
+    )
+    if residual is None or not np.isfinite(residual).all():
+        return f"{said}."
+    size = float(np.sqrt(np.mean(np.sum(residual**2, axis=1))))
+    is_ = "is" if size <= done.limit else "is not"
+    return f"{said}; in truth it {is_}, and that is without friction and discrepancy there."
 
 
 def _besides(done: Compensation) -> str:

@@ -25,8 +25,9 @@ def show_errors_left(
         besides = f", {', '.join(rigid)} taken as rigid" if rigid else ""
         out.print(
             Text(
-                f"Error left at {one.name!r} after compensation: ρ0 = {micrometres(one.rho0)}, by "
-                f"the uncertainty of {', '.join(names)}{besides}{without}."
+                f"Error left at {one.name!r} after compensation: ρ0 = {micrometres(one.rho0)}, "
+                f"with 95 % below {micrometres(one.limit)}, by the uncertainty of "
+                f"{', '.join(names)}{besides}{without}."
             )
         )
 

@@ -20,6 +20,8 @@ class Promised(Protocol):
     @property
     def rho0(self) -> float: ...
     @property
+    def limit(self) -> float: ...
+    @property
     def without(self) -> float: ...
     @property
     def uncompensated(self) -> float: ...
@@ -44,8 +46,9 @@ def promise_sentences(rho0: float, promise: Promised | None, *, made_for_it: boo
     said = []
     if promise.rho0 != rho0:
         said.append(
-            f"Promised: {length(promise.rho0)}, with the errors of load cases in the readings, "
-            "which repeats share; ρ0 counts the springs of the nuisance without these errors, and "
+            f"Promised: {length(promise.rho0)}, with 95 % below {length(promise.limit)}, with the "
+            "errors of load cases in the readings, which repeats share; ρ0 counts the springs of "
+            "the nuisance without these errors, and "
             "bound and efficiency speak of ρ0. "
             + ("Plans are made for the promise." if made_for_it else "Plans are not made for it.")
         )

@@ -22,6 +22,7 @@ def _entry(one: AtTestPose) -> dict[str, Any]:
         "tool": one.tool,
         "point": one.place.removeprefix("point "),
         "rho0_mm": 1e3 * one.rho0,
+        "limit_95_mm": 1e3 * one.limit,
         "directions": {line.name: line.direction.tolist() for line in lines},
         "compliance_um_per_N": {line.name: _interval(line.compliance, 1e6) for line in lines},
         "stiffness_N_per_um": {line.name: _interval(line.stiffness, 1e-6) for line in lines},

@@ -30,6 +30,7 @@ def promise_section(study: Study, promise: Promise | None) -> dict[str, Any]:
     return {
         "promise": {
             **{f"{name}_mm": 1e3 * getattr(promise, name) for name in _LENGTHS},
+            "limit_95_mm": 1e3 * promise.limit,
             "rho0_each_mm": {
                 name: 1e3 * rho for name, rho in zip(names, promise.rho0_each, strict=True)
             },

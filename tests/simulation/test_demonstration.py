@@ -1,0 +1,95 @@
+"""The demonstration on a few robots, and what README and results say of it."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import elastocal as ec
+from elastocal.elastic.compliance_model import ComplianceModel
+from elastocal.planning.promise import Promise, promise
+from elastocal.simulation.true_robot import true_robot
+from elastocal.simulation.virtual_campaign import Reality
+from elastocal.simulation.with_nuisance import error_left
+from elastocal.study.study import Study
+from tests.kr270 import FOLDER
+
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text("utf-8")
+RESULTS = ROOT / "benchmarks" / "results"
+SEEDS = 6
+
+
+@cache
+def demonstration() -> tuple[Study, ec.LoadCases, np.ndarray, Promise, ComplianceModel]:
+    study = ec.read_study(FOLDER / "study_aslant.yaml")
+    plan = ec.read_proposal(FOLDER / "plan_aslant.csv", study)
+    told = promise(study, plan.load_cases, plan.repeats)
+    assert told is not None
+    truth = ec.read_model(FOLDER / "truth.json", study.robot)
+    return study, plan.load_cases, plan.repeats, told, truth
+
+
+@cache
+def left(seed: int) -> tuple[float, float]:
+    """What is left along the path in truth, with nuisance in the fit and without [m]."""
+    study, cases, repeats, _, joints = demonstration()
+    rng = np.random.default_rng([seed, 7])
+    true = true_robot(study, joints, rng)
+    reality = Reality(loads=true.loads, errors=true.errors)
+    data = ec.simulate(study, true.model, cases, repeats, rng, reality=reality)
+    found = ec.identify(study.arm, data, nuisance=study.nuisance)
+    assert found.alone is not None
+    path = study.test_poses[1]
+    return (
+        error_left(study, path, found.model, true),
+        error_left(study, path, found.alone.model, true),
+    )
+
+
+def test_what_is_left_is_below_the_limit_that_was_stated() -> None:
+    told = demonstration()[3]
+    inside = sum(left(seed)[0] <= told.limit for seed in range(SEEDS))
+    assert inside >= SEEDS - 1
+
+
+def test_without_nuisance_it_is_not() -> None:
+    """The negative control: the claim without nuisance is broken on every robot, and by far."""
+    told = demonstration()[3]
+    assert min(left(seed)[1] for seed in range(SEEDS)) > 5.0 * told.without
+
+
+def test_what_the_readme_prints_of_the_demo() -> None:
+    printed = README[README.index("The demo prints") : README.index("then it measures")]
+    _, cases, repeats, told, _ = demonstration()
+    rows = re.findall(r"^ +\d+((?: +-?\d+\.\d\d){6})  .* (\d+)×$", printed, re.MULTILINE)
+    shown = np.array([[float(v) for v in q.split()] for q, _ in rows])
+    np.testing.assert_allclose(shown, np.degrees(cases.q), atol=0.0051)
+    assert [int(n) for _, n in rows] == repeats.tolist()
+    flat = " ".join(printed.split())
+    assert f"Promised: {1e6 * told.rho0:.1f} µm, with 95 % below {1e6 * told.limit:.0f} µm" in flat
+    assert f"would claim {1e6 * told.without:.2f} µm" in flat
+    assert f"friction {1e6 * told.friction:.1f} µm" in flat
+    assert f"discrepancy {1e6 * told.discrepancy:.0f} µm" in flat
+
+
+def table_of(page: str) -> list[list[str]]:
+    """Cells of the rows of the first table of a page, without its head."""
+    rows = [line for line in page.splitlines() if line.startswith("|")][2:]
+    return [[cell.strip() for cell in row.strip("|").split("|")] for row in rows]
+
+
+def test_the_page_of_a_hundred_seeds_shows_what_is_asked_of_it() -> None:
+    mixed, joints = table_of((RESULTS / "demo_seeds.md").read_text("utf-8"))
+    told = demonstration()[3]
+    assert float(mixed[1]) == pytest.approx(1e6 * told.rho0, abs=0.06)
+    assert float(mixed[2]) == pytest.approx(1e6 * told.limit, abs=0.06)
+    assert float(joints[1]) == pytest.approx(1e6 * told.without, abs=0.06)
+    assert min(float(cell) for cell in mixed[5:]) >= 90.0
+    assert max(float(cell) for cell in joints[5:]) <= 10.0
+    for cells in (mixed, joints):
+        assert f"| {cells[1]} µm | {cells[3]} µm |" in README
