@@ -211,6 +211,22 @@ def test_the_axis_that_is_seen_least() -> None:
     assert least_seen(np.zeros((3, 3))) == 0.0
 
 
+def test_the_axes_that_span_a_plane_do_not_matter() -> None:
+    """Columns of turned axes are combinations of those before, and the axis stays where it is."""
+    rng = np.random.default_rng(1)
+    for turn in rng.uniform(0.0, np.pi, 10).tolist():
+        c, s = np.cos(turn), np.sin(turn)
+        b = rng.normal(size=(5, 3))
+        turned = [
+            [c * c, s * s, c * s],
+            [s * s, c * c, -c * s],
+            [-2 * c * s, 2 * c * s, c * c - s * s],
+        ]
+        moved = b @ np.array(turned).T
+        apart = least_seen(b.T @ b) - least_seen(moved.T @ moved) - turn
+        assert np.sin(apart) == pytest.approx(0.0, abs=1e-6)
+
+
 def test_all_effects_together_leave_more_than_each(tmp_path: Path) -> None:
     """With usual sizes known; a combination is bounded, and no single one of usual size is more."""
     text = (FOLDER / "study.yaml").read_text("utf-8")

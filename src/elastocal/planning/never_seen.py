@@ -19,7 +19,7 @@ from elastocal.robot.rotations import frame_about
 from elastocal.study.study import Study
 
 _CASES = 60  # random load cases
-_SMALL = 0.01  # of the worst: less is not said
+_SMALL = 0.01  # of the worst, and of σ: less is not said
 ASLANT = float(np.radians(45.0))
 """By how much loads are turned to see what another direction would show [rad]."""
 
@@ -50,8 +50,8 @@ def never_seen(study: Study, rng: np.random.Generator) -> NeverSeen:
     found = blind_errors(study, cases, repeats)
     if found is None or not found.invisible:
         return NeverSeen()
-    worst = found.invisible[0].error
-    unseen = tuple(e for e in found.invisible if e.error > _SMALL * worst)
+    least = _SMALL * max(found.invisible[0].error, study.sigma)
+    unseen = tuple(e for e in found.invisible if e.error > least)
     aslant = LoadCases(cases.q, turned(cases.wrench, rng))
     left = _still(unseen, blind_errors(study, aslant, repeats))
     more = with_markers(study)
