@@ -16,7 +16,15 @@ from elastocal.elastic.effects import Size, effects_of, tilt_of
 from elastocal.elastic.nuisance import Nuisance
 from elastocal.elastic.springs import VirtualJoints
 from elastocal.files.study.study_file import read_study
-from elastocal.planning.blind import BlindEffect, BlindErrors, blind_errors, least_seen
+from elastocal.fitting.power import seen_half
+from elastocal.planning.blind import (
+    BlindEffect,
+    BlindErrors,
+    blind_errors,
+    least_seen,
+    worst_together,
+)
+from elastocal.planning.blind_columns import columns_of
 from elastocal.planning.with_errors import WithErrors
 from elastocal.robot.sources import USUAL
 from elastocal.study.study import Study
@@ -225,6 +233,25 @@ def test_the_axes_that_span_a_plane_do_not_matter() -> None:
         moved = b @ np.array(turned).T
         apart = least_seen(b.T @ b) - least_seen(moved.T @ moved) - turn
         assert np.sin(apart) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_the_worst_combination_as_published() -> None:
+    """Foot and bearings of A2 to A6 about two axes each, 10 nrad/(N·m): a script has 43.9 µm."""
+    told = columns_of(kr270_study(), PLAN, REPEATS)
+    assert told is not None
+    own, first = [], 0
+    for family in told.families:
+        if family.kind == "foot" or (family.kind == "bearing" and family.carrier != "A1"):
+            own += [first, first + 1]
+        first += family.columns
+    left, seen = 1e-8 * told.left[:, own], 1e-16 * told.seen[np.ix_(own, own)]
+    found = worst_together(left, seen, seen_half(4))
+    assert found == pytest.approx(43.9e-6, rel=2e-3)
+    rng = np.random.default_rng(0)
+    x = rng.normal(size=(12, 20_000))
+    x *= np.sqrt(chi2.ppf(0.95, 12)) / np.linalg.norm(x, axis=0)
+    x *= np.minimum(1.0, np.sqrt(seen_half(4) / np.einsum("in,ij,jn->n", x, seen, x)))
+    assert np.linalg.norm(left @ x, axis=0).max() < found
 
 
 def test_all_effects_together_leave_more_than_each(tmp_path: Path) -> None:

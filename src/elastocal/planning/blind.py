@@ -235,15 +235,24 @@ def _effect(told: BlindColumns, one: _Combined, half: float) -> BlindEffect:
 
 
 def _together(told: BlindColumns, half: float) -> float:
-    """The worst that springs of usual sizes leave together, at most seen half of the time [m].
-
-    Source: ours; max |Dx|² where xᵀΛx ≤ λ½ and xᵀT⁻²x ≤ χ², at most the least over 0 ≤ a ≤ 1 of
-    the largest eigenvalue of D (aΛ/λ½ + (1 - a) T⁻²/χ²)⁻¹ Dᵀ (S-procedure).
-    """
+    """The worst that springs of usual sizes leave together [m]; NaN if no sizes are usual."""
     sizes = _usual(told)
     if not sizes.size:
         return float("nan")
-    left, seen = told.left @ sizes, sizes.T @ told.seen @ sizes
+    return worst_together(told.left @ sizes, sizes.T @ told.seen @ sizes, half)
+
+
+def worst_together(left: Array, seen: Array, half: float) -> float:
+    """At most what q effects leave together that are seen no more than half of the time [m].
+
+    Args:
+        left: (r, q) D, what each of its usual size leaves.
+        seen: (q, q) Λ, non-centralities of these.
+        half: λ½, that seen half of the time.
+
+    Source: ours; max |Dx|² where xᵀΛx ≤ λ½ and |x|² ≤ χ²_q(95 %), at most the least over
+    0 ≤ a ≤ 1 of the largest eigenvalue of D (aΛ/λ½ + (1 - a)/χ²)⁻¹ Dᵀ (S-procedure).
+    """
     wide = np.eye(len(seen)) / critical_chi_square(len(seen))
     squares = []
     for a in (0.0, *(1.0 - np.geomspace(1.0, 1e-6, 100))):
