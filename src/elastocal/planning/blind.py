@@ -21,6 +21,7 @@ from elastocal.study.study import Study
 
 _UNSEEN = 0.03  # of the size that is seen half of the time: less is not seen at all
 _NOTHING = 1e-9  # of an error at the task [m]
+_TRIED = 400  # values of a multiplier
 _ALIKE = 1e-6  # of what effects do
 
 
@@ -255,7 +256,7 @@ def worst_together(left: Array, seen: Array, half: float) -> float:
     """
     wide = np.eye(len(seen)) / critical_chi_square(len(seen))
     squares = []
-    for a in (0.0, *(1.0 - np.geomspace(1.0, 1e-6, 100))):
+    for a in (0.0, *(1.0 - np.geomspace(1.0, 1e-6, _TRIED))):
         root = np.linalg.cholesky(a * seen / half + (1.0 - a) * wide)
         squares.append(float(np.linalg.norm(np.linalg.solve(root, left.T), 2)) ** 2)
     return float(np.sqrt(min(squares)))
