@@ -352,7 +352,7 @@ def test_a_study_that_asks_for_g_hears_what_that_is(folder: Path, tmp_path: Path
     assert said in flat(run("check", tmp_path / "study.yaml").stdout)
     made = run("plan", tmp_path / "study.yaml", "--out", tmp_path / "plan.json")
     assert said in made.stderr
-    assert "10⁻⁹ rad/(N·m): largest standard error of a compliance" in flat(made.stdout)
+    assert "nrad/(N·m): largest standard error of a compliance" in flat(made.stdout)
     asked = ("plan", folder / "study.yaml", "--count", 1, "--criterion", "G")
     assert said in run(*asked, "--out", tmp_path / "again.json").stderr
     assert "note" not in run(*asked[:-1], "A", "--out", tmp_path / "again.json").stderr

@@ -113,6 +113,8 @@ def test_the_model_is_known_to_a_second_campaign(folder: Path) -> None:
     run(folder, "simulate", "second.yaml", "plan.json", "--truth", "truth.json", "-o", "side.csv")
     told = run(folder, "identify", "second.yaml", "side.csv", *known, "-o", "both.json")
     assert "load gain" in told
+    assert "fitted along: A2, A3, A4, A5, A6, 20 springs besides" in told
+    assert "told apart by no more than joint values" not in told
     assert "Left out one after the other with their repeats, experiments" in told
     assert "with the joints alone to" in told
     whole = json.loads((folder / "both.json").read_text())

@@ -7,8 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import regressor
+from elastocal.elastic.springs import joint_springs
 from elastocal.errors import Doubt, InputError
 from elastocal.identification.doubts import doubts, is_weak
 from elastocal.identification.fit import Fit
@@ -101,6 +103,17 @@ def test_a_prior_tells_what_readings_do_not() -> None:
     before = measured(arm(NAMES), hung(12), TRUTH[[0, 1, 3]], rng=np.random.default_rng(4))
     prior = identify(arm(NAMES), before, LINEAR).model
     assert parallel(identify(arm(NAMES), data, LINEAR, prior=prior)) == ()
+
+
+def test_what_is_known_before_need_not_be_seen() -> None:
+    """A spring that no reading moves but by rounding, known from before, is no riddle."""
+    data = near_to_straight(5.0)
+    first = joint_springs(arm().robot, ("A1",))
+    known = ComplianceModel(first, np.array([1e-6]), np.array([[1e-14]]))
+    found = identify(arm(NAMES), data, LINEAR, known=known)
+    assert "A1" in found.fitted
+    assert np.abs(regressor(replace(arm(NAMES), springs=first), data.cases)).max() < 1e-9
+    assert parallel(found) == ()
 
 
 def test_it_is_the_reason_why_a_fit_does_not_come_to_rest() -> None:

@@ -116,8 +116,8 @@ def test_units_of_joints() -> None:
     assert "1000.00" in page
     assert "R [°]" in page
     assert "17.189" in page
-    assert "10⁻⁹ m/N" in page
-    assert "10⁻⁹ rad/(N·m)" in page
+    assert "nm/N" in page
+    assert "nrad/(N·m)" in page
 
 
 def test_the_verdict_in_words() -> None:

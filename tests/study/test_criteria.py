@@ -61,7 +61,7 @@ def rows_of(table: tables.Table) -> dict[str, tuple[str, ...]]:
 def test_the_report_shows_its_unit_and_direction() -> None:
     made = three_link_plan.__wrapped__()  # the cached one is for tests without these criteria
     rows = rows_of(tables.criteria(made, {}))
-    assert rows["A2"][1:] == rows["A"][1:] == ("10⁻⁹ rad/(N·m)", "smaller")
+    assert rows["A2"][1:] == rows["A"][1:] == ("nrad/(N·m)", "smaller")
     assert rows["V"][1:] == ("rad²/(N·m)²", "larger")
     assert rows["P"] == rows["test-pose"]
     shown = float(rows["A2"][0])

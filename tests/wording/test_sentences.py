@@ -348,7 +348,7 @@ def test_large_compliances_are_in_micro_units() -> None:
     assert readable("rad/(N·m)", 4.23e-4) == (1e6, "µrad/(N·m)")
     assert readable("m/N", 4.23e-5) == (1e6, "µm/N")
     for value in (2e-9, 9e-6, np.inf):
-        assert readable("rad/(N·m)", value) == (1e9, "1e-9 rad/(N·m)")
+        assert readable("rad/(N·m)", value) == (1e9, "nrad/(N·m)")
 
 
 def test_a_sentence_ends_with_one_mark() -> None:

@@ -64,8 +64,8 @@ def identify_command(
     from elastocal.files.models.identification_file import write_identification
     from elastocal.files.study.study_file import read_study
     from elastocal.identification.fit import Fit
-    from elastocal.identification.nuisance_found import in_short
     from elastocal.identification.search import searched
+    from elastocal.terminal.fitted_along import in_short
 
     models = [file for file in (mapping, prior, known) if file is not None]
     given = [study_file, *measurements, *models]

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from elastocal.errors import InputError
 from elastocal.names import LONGEST
 from elastocal.wording import worded
+from elastocal.wording.lists import springs_in_short
 
 if TYPE_CHECKING:
     from elastocal.files.plans.proposal_file import Proposal
@@ -66,9 +67,14 @@ def _others(proposal: Proposal, study: Study) -> list[str]:
     return found
 
 
+def _names(known: Known) -> str:
+    springs = known.model.springs
+    return ", ".join(springs_in_short(springs.names, springs.of_joints))
+
+
 def _on_known(known: Known, study: Study, here: Known | None) -> list[str]:
     """What is to be said of what a plan knew of further springs."""
-    joints = ", ".join(known.model.names)
+    joints = _names(known)
     if here is None:
         return [
             f"was made by what {known.source} knows of {joints}; it is judged as if they did not "
@@ -77,7 +83,7 @@ def _on_known(known: Known, study: Study, here: Known | None) -> list[str]:
     if here.sha256 != known.sha256:
         return [
             f"was made when {known.source} was another file; it is judged by what {here.source} "
-            f"knows of {', '.join(here.model.names)} now"
+            f"knows of {_names(here)} now"
         ]
     return [] if study.known is not None else [f"counts what {known.source} knows of {joints}"]
 

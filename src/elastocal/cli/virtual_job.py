@@ -35,7 +35,6 @@ from elastocal.files.paths.path_file import read_path
 from elastocal.files.study.study_file import read_study
 from elastocal.files.texts import read_text
 from elastocal.identification.identify import identify
-from elastocal.identification.nuisance_found import in_short
 from elastocal.identification.result import Identification
 from elastocal.identification.search import searched
 from elastocal.identification.validation import Validation, validate
@@ -50,6 +49,7 @@ from elastocal.study.study import Study
 from elastocal.terminal.compensations import show_compensation
 from elastocal.terminal.console import micrometres
 from elastocal.terminal.console import out as console
+from elastocal.terminal.fitted_along import in_short
 from elastocal.terminal.identifications import show_identification, show_validation
 from elastocal.terminal.plans import show_plan
 from elastocal.terminal.stiffness import show_errors_left, show_stiffness

@@ -47,6 +47,11 @@ class VirtualJoints:
         """What goes with each spring: names and units."""
         return tuple(kind_of(slides) for slides in self.prismatic.tolist())
 
+    @property
+    def of_joints(self) -> tuple[str, ...]:
+        """Names of those that sit in joints."""
+        return tuple(n for n, joint in zip(self.names, self.joint, strict=True) if joint >= 0)
+
     def __len__(self) -> int:
         return len(self.names)
 

@@ -8,8 +8,6 @@ import numpy as np
 
 from elastocal.identification.result import Identification
 
-_ALONG = "what was fitted along"
-
 
 @dataclass(frozen=True)
 class NuisanceFound:
@@ -39,13 +37,6 @@ class NuisanceFound:
     def relative(self) -> tuple[float, float]:
         """Estimate off what was expected, and its standard error, in prior uncertainties."""
         return (self.value - self.mean) / self.deviation, self.standard_error / self.deviation
-
-
-def in_short(found: Identification) -> tuple[str, ...]:
-    """Names of what was fitted, nuisance parameters as one."""
-    besides = {one.name for one in nuisance_found(found)}
-    names = tuple(name for name in found.fitted if name not in besides)
-    return (*names, _ALONG) if besides else names
 
 
 def nuisance_found(found: Identification) -> tuple[NuisanceFound, ...]:

@@ -32,6 +32,7 @@ _KINDS: tuple[tuple[Code, float, float], ...] = (
 )
 _APART = 1e-3  # eigenvalue of scaled columns that no error of a joint makes
 _INVOLVED = 0.1  # share of a compliance in a combination, of the largest
+_ROUNDING = 1e-13  # of information of unit size
 _STEP = 1e-5  # of a difference [rad, m]
 
 
@@ -88,16 +89,19 @@ def _doubts(
     1 / (1 + 1/μ), D the mean of dXᵀdX.
     """
     flat = rows.reshape(-1, len(names))
-    size = np.linalg.norm(flat, axis=0)
+    read = np.linalg.norm(flat, axis=0)
+    # What is known before counts: no reading need move a spring that is.
+    size = np.sqrt(read**2 + np.maximum(np.diagonal(prior), 0.0))
     if not (len(names) and (size > 0.0).all()):
         return
     scaled = flat / size
     outer = np.outer(size, size)
     information = scaled.T @ scaled + prior / outer
     spread = _by_readings(arm, data, own, white) / outer
-    root = np.linalg.cholesky(spread + 1e-12 * np.trace(spread) * np.eye(len(names)))
-    half = np.linalg.solve(root, np.linalg.solve(root, information).T)
-    values, vectors = np.linalg.eigh(0.5 * (half + half.T))
+    root = np.linalg.cholesky(information + _ROUNDING * np.eye(len(names)))
+    half = np.linalg.solve(root, np.linalg.solve(root, spread).T)
+    shares, vectors = np.linalg.eigh(0.5 * (half + half.T))
+    values = 1.0 / np.maximum(shares, 1e-300)
     directions = np.linalg.solve(root.T, vectors)
     directions = directions / np.abs(directions).max(axis=0)
     for code, low, high in _KINDS:
@@ -106,8 +110,9 @@ def _doubts(
             continue
         involved = np.abs(directions[:, weak]).max(axis=1) > _INVOLVED
         members = np.flatnonzero(involved).tolist()
-        among = scaled[:, members].T @ scaled[:, members]
-        known = np.linalg.eigh(among)[1][:, -1] * size[members]
+        seen = np.maximum(read[members], 1e-300)
+        alike = flat[:, members] / seen
+        known = np.linalg.eigh(alike.T @ alike)[1][:, -1] * seen
         known = known / known[np.argmax(np.abs(known))]
         numbers = {names[j]: float(k) for j, k in zip(members, known, strict=True)}
         numbers |= {"ratio": float(values[weak].min()), "seen": float(len(members) - weak.sum())}

@@ -16,7 +16,7 @@ from elastocal.planning.plan import Plan
 from elastocal.study.left_rigid import counted as counted_in
 from elastocal.study.study import Study
 from elastocal.wording import ended, worded
-from elastocal.wording.lists import counted
+from elastocal.wording.lists import counted, springs_in_short
 from elastocal.wording.numbers import given, length, length_and_unit, number, percent, small
 from elastocal.wording.plans import NOT_TRIED, floor_sentence, missed, only_of, searched
 from elastocal.wording.promises import promise_sentences
@@ -194,8 +194,10 @@ def _advice(plan: Plan) -> list[str]:
     if plan.study.known is not None:
         known = plan.study.known
         how = "promised by" if known.planned else "found in"
+        springs = known.model.springs
+        names = ", ".join(springs_in_short(springs.names, springs.of_joints))
         sentences.append(
-            f"{', '.join(known.model.names)} bend as well: their errors, as {how} "
+            f"{names} bend as well: their errors, as {how} "
             f"{known.source or 'an earlier campaign'}, count in every number."
         )
     wanted = plan.study.wanted

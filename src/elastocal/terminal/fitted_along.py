@@ -10,8 +10,10 @@ from elastocal.identification.left_out_error import left_out_error, repeats_left
 from elastocal.identification.nuisance_found import NuisanceFound, nuisance_found
 from elastocal.identification.result import Identification
 from elastocal.terminal.console import micrometres, out, whole
+from elastocal.wording.lists import springs_in_short
 
 _HALF = 12  # characters of a drawn value, on each side of zero
+_ALONG = "what was fitted along"
 _MOST = 3.0  # prior uncertainties that fit
 
 
@@ -50,6 +52,14 @@ def show_fitted_along(found: Identification) -> None:
             f"{micrometres(alone.promised)})."
         )
     )
+
+
+def in_short(found: Identification) -> tuple[str, ...]:
+    """Names of what was fitted, nuisance parameters as one, and many springs beside the joints."""
+    besides = {one.name for one in nuisance_found(found)}
+    fitted = [name for name in found.fitted if name not in besides]
+    names = springs_in_short(fitted, found.model.springs.of_joints)
+    return (*names, _ALONG) if besides else names
 
 
 def _drawn(one: NuisanceFound) -> str:

@@ -18,7 +18,7 @@ from elastocal.terminal.console import micrometres, out, whole
 from elastocal.terminal.fitted_along import show_fitted_along
 from elastocal.wording import ended, worded
 from elastocal.wording.identification import SURE, chance
-from elastocal.wording.lists import counted
+from elastocal.wording.lists import counted, springs_in_short
 
 _BAR = 25  # characters of a drawn interval
 _MOST = 20  # experiments listed one by one
@@ -57,7 +57,8 @@ def show_identification(found: Identification, beyond: Searched | None = None) -
     besides = {one.name for one in nuisance_found(found)}
     along = [n for n in found.fitted if n not in found.identified and n not in besides]
     if along:
-        out.print(Text(f"Known from before, and fitted along: {', '.join(along)}"))
+        short = springs_in_short(along, found.model.springs.of_joints)
+        out.print(Text(f"Known from before, and fitted along: {', '.join(short)}"))
     made = () if found.nuisance is None else found.nuisance.unknowns.springs.names
     known = [n for n in found.model.names if n not in found.fitted and n not in made]
     if known:

@@ -21,7 +21,7 @@ from elastocal.terminal.console import numbers, out
 from elastocal.terminal.nuisance import show_nuisance
 from elastocal.wording import ended, worded
 from elastocal.wording.blind import never_seen_sentence
-from elastocal.wording.lists import counted
+from elastocal.wording.lists import counted, springs_in_short
 from elastocal.wording.numbers import short
 from elastocal.wording.plans import told
 from elastocal.wording.watch import watch
@@ -111,7 +111,8 @@ def show_check(study: Study, found: Checkup) -> None:
 
 def known_phrase(known: Known) -> str:
     """What is known of further springs, and from where."""
-    names = ", ".join(known.model.names)
+    springs = known.model.springs
+    names = ", ".join(springs_in_short(springs.names, springs.of_joints))
     if known.planned:
         return f"{names}: known as well as {known.source} promises; errors count in every number"
     exact = "" if known.uncertain.names else " exactly"

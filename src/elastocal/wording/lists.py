@@ -15,6 +15,13 @@ def listed(names: Sequence[str]) -> str:
     return shown if len(names) <= _MOST else f"{shown} and {len(names) - _MOST} more"
 
 
+def springs_in_short(names: Sequence[str], joints: Sequence[str]) -> tuple[str, ...]:
+    """Names of springs; those beside the joints as one that counts them, if they are many."""
+    own = [name for name in names if name in joints]
+    besides = len(names) - len(own)
+    return tuple(names) if besides <= _MOST else (*own, f"{besides} springs besides")
+
+
 def counted(count: int, noun: str) -> str:
     """A number with its noun: 1 reading, 2 readings."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"

@@ -15,8 +15,8 @@ from elastocal.arrays import Array
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _UNIT = re.compile(r"(?<=\d) (µm|mm|%|°|N\b)")
 _PEOPLE = {
-    "rad/(N·m)": (1e9, "10⁻⁹ rad/(N·m)"),
-    "m/N": (1e9, "10⁻⁹ m/N"),
+    "rad/(N·m)": (1e9, "nrad/(N·m)"),
+    "m/N": (1e9, "nm/N"),
     "SI, mixed": (1e9, "10⁻⁹ SI, mixed"),
     "N·m/rad": (1e-6, "10⁶ N·m/rad"),
     "N/m": (1e-6, "N/µm"),
@@ -80,7 +80,7 @@ def readable(compliance: str, value: float) -> tuple[float, str]:
     """Factor from SI, and unit, in which a value of a `compliance` is no large number."""
     if compliance in _SOFT and 1e-5 <= value < np.inf:
         return 1e6, _SOFT[compliance]
-    return 1e9, f"1e-9 {compliance}"
+    return 1e9, f"n{compliance}"
 
 
 _SOFT = {"rad/(N·m)": "µrad/(N·m)", "m/N": "µm/N"}

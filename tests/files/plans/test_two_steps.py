@@ -175,7 +175,10 @@ def test_a_section_that_is_damaged_is_refused(folder: Path) -> None:
     document = json.loads((folder / "plan_2.json").read_text("utf-8"))
     path = folder / "damaged.json"
     for change, message in (
-        ({"covariance": {"order": ["J2"], "matrix": [[1e-16]]}}, "known: order must name every"),
+        (
+            {"covariance": {"order": ["J2"], "matrix": [[1e-16]]}},
+            "known: covariance: order must name every",
+        ),
         ({"compliance": {"J2": 3}}, "known: .*expected {value"),
         ([], "known: expected a section of keys"),
     ):

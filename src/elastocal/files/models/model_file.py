@@ -234,19 +234,19 @@ def model_of(file: ModelFile, robot: Robot, name: str) -> ComplianceModel:
     springs = in_chain_order(values, extra, robot)
     _refuse_pushing(springs, values)
     errors = {spring: error for spring, (_, error) in values.items() if error is not None}
-    with at("covariance"):
-        covariance = _covariance(file.covariance, springs.names, errors)
+    covariance = _covariance("covariance", file.covariance, springs.names, errors)
     _refuse_tiny(springs.names, np.sqrt(np.maximum(np.diagonal(covariance), 0.0)), errors)
     by_noise = unset()
     if file.covariance_by_noise is not None:
-        with at("covariance_by_noise"):
-            by_noise = _covariance(file.covariance_by_noise, springs.names, {})
-            if (np.diagonal(by_noise) > (1.0 + AGREE) * np.diagonal(covariance)).any():
-                raise InputError("it is a part of the covariance, and larger than that")
+        key = "covariance_by_noise"
+        by_noise = _covariance(key, file.covariance_by_noise, springs.names, {})
+        if (np.diagonal(by_noise) > (1.0 + AGREE) * np.diagonal(covariance)).any():
+            raise LocatedError((key,), f"{key} is a part of the covariance, and larger than that")
     at_task = unset()
     if file.covariance_at_task is not None:
-        with at("covariance_at_task"):
-            at_task = _covariance(file.covariance_at_task, springs.names, {})
+        key = "covariance_at_task"
+        at_task = _covariance(key, file.covariance_at_task, springs.names, {})
+        _refuse_other_task(key, at_task, covariance)
     return ComplianceModel(
         springs=springs,
         compliance=np.array([values[spring][0] for spring in springs.names]),
@@ -331,31 +331,47 @@ def _compliance(
     return value, deviation
 
 
+def _refuse_other_task(key: str, at_task: Array, covariance: Array) -> None:
+    """Refuse a promise for tasks that no gain common to all loads makes of the covariance.
+
+    Source: ours; covariances of k and of (1 + g) k differ by a matrix of rank two.
+    """
+    size = np.sqrt(np.diagonal(covariance))
+    size = np.where(size > 0.0, size, 1.0)
+    apart = np.linalg.svd((at_task - covariance) / np.outer(size, size), compute_uv=False)
+    if (apart[2:] > AGREE).any():
+        raise LocatedError(
+            (key,), f"{key} differs from the covariance by more than a gain of all loads makes"
+        )
+
+
 def _covariance(
-    section: CovarianceFile | None, names: tuple[str, ...], errors: dict[str, float]
+    key: str, section: CovarianceFile | None, names: tuple[str, ...], errors: dict[str, float]
 ) -> Array:
     """(p, p) in the order of `names`, SI; diagonal if the file gives standard errors alone."""
     own = np.array([errors.get(name, 0.0) for name in names])
     if section is None:
         return np.diag(own**2)
     if sorted(section.order) != sorted(names):
-        raise LocatedError(("order",), f"order must name every spring once: {', '.join(names)}")
+        raise LocatedError(
+            (key, "order"), f"{key}: order must name every spring once: {', '.join(names)}"
+        )
     p = len(names)
-    with at("matrix"):
+    with at(key, "matrix"):
         if [len(row) for row in section.matrix] != p * [p]:
-            raise InputError(f"matrix must be {p} rows of {p} numbers")
+            raise InputError(f"{key}: matrix must be {p} rows of {p} numbers")
         pick = [section.order.index(name) for name in names]
         matrix = np.array(section.matrix)[np.ix_(pick, pick)]
         if not is_symmetric(matrix):
-            raise InputError("the covariance matrix is not symmetric")
+            raise InputError(f"{key}: the matrix is not symmetric")
         if not is_covariance(matrix):
-            raise InputError("the covariance matrix has a negative eigenvalue")
+            raise InputError(f"{key}: the matrix has a negative eigenvalue")
         given = [i for i, name in enumerate(names) if name in errors]
         found = np.sqrt(np.abs(np.diagonal(matrix)))
         if wrong := [i for i in given if abs(own[i] - found[i]) > AGREE * found[i]]:
             i = wrong[0]
             raise InputError(
-                "the covariance matrix contradicts the standard errors: that of "
+                f"{key}: the matrix contradicts the standard errors: that of "
                 f"{names[i]} is {own[i]:.6g} beside it and {found[i]:.6g} in it"
             )
     return np.asarray(0.5 * (matrix + matrix.T))
