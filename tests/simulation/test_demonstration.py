@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -93,3 +94,32 @@ def test_the_page_of_a_hundred_seeds_shows_what_is_asked_of_it() -> None:
     assert max(float(cell) for cell in joints[5:]) <= 10.0
     for cells in (mixed, joints):
         assert f"| {cells[1]} µm | {cells[3]} µm |" in README
+
+
+def test_the_guide_has_the_numbers_that_were_computed() -> None:
+    """Those of `benchmarks/how_to_choose.py`, and one of them computed here."""
+    page = (RESULTS / "how_to_choose.md").read_text("utf-8")
+    guide = " ".join((ROOT / "docs" / "how-to-choose.md").read_text("utf-8").split())
+    rows = table_of(page)
+    for row in rows:
+        assert f"| {' | '.join(row)} |" in guide
+    promised = [row[2] for row in rows]
+    part = guide[guide.index("## What nobody states") : guide.index("## Something is known")]
+    for number in promised:
+        assert part.count(number) >= 2
+    for found in re.findall(r"\d+ µm|\d+\.\d+ %", page.split("\n\n")[-2] + page.split("\n\n")[-1]):
+        assert found in part
+    study = ec.read_study(FOLDER / "study_aslant.yaml")
+    pose = replace(study.test_poses[0], weight=1.0)
+    plan = ec.read_proposal(FOLDER / "plan_aslant.csv", study)
+    told = promise(replace(study, test_poses=(pose,)), plan.load_cases, plan.repeats)
+    assert told is not None
+    # The plan of the demonstration is for the path.
+    assert 1e6 * told.rho0 == pytest.approx(float(promised[-1]), rel=0.35)
+
+
+def test_promises_are_found_within_a_tenth() -> None:
+    rows = table_of((RESULTS / "promise_kept.md").read_text("utf-8"))
+    assert len(rows) >= 5
+    for row in rows:
+        assert float(row[5]) == pytest.approx(1.0, abs=0.1), row[0]
