@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import elastocal as ec
-from elastocal.elastic.effects import Effects, Size, effects_of, tilt_of
-from elastocal.elastic.springs import VirtualJoints
+from elastocal.elastic.effects import Effects, Size, besides, effects_of, tilt_of
+from elastocal.elastic.springs import VirtualJoints, subset
 from elastocal.elastic.typical import typical_sizes
 from elastocal.errors import InputError
 from elastocal.robot.chain import Robot, Tool
@@ -123,6 +123,22 @@ def test_feet_and_tools_slide_along_three_axes() -> None:
     force = CASES.wrench[:, :3, None]
     expected = flange * (flange * force).sum(axis=1, keepdims=True)
     np.testing.assert_allclose(rows(effects)[:, :3, 3:], expected, rtol=0, atol=1e-12)
+
+
+def test_a_tensor_of_which_an_axis_is_identified_has_no_coupling() -> None:
+    """Half of a tensor could not be told from one that moves against the load."""
+    effects = effects_of(KR270, {"tilt A3": ONE})
+    whole = effects.unknowns
+    assert whole.names == ("tilt A3 x", "tilt A3 y", "tilt A3 xy")
+    for axis in ("x", "y"):
+        spring = subset(whole.springs, [f"tilt A3 about {axis}"])
+        left = besides(KR270, effects, spring).unknowns
+        (other,) = {"x", "y"} - {axis}
+        assert left.names == (f"tilt A3 {other}",)
+        assert left.springs.names == (f"tilt A3 about {other}",)
+        np.testing.assert_array_equal(left.make, [[1.0]])
+    between = subset(whole.springs, ["tilt A3 about between"])
+    assert besides(KR270, effects, between).unknowns.names == whole.names
 
 
 def test_what_is_zero_is_left_out() -> None:

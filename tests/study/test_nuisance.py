@@ -142,7 +142,7 @@ def test_a_matrix_has_no_columns_for_it() -> None:
 def test_a_name_that_is_taken() -> None:
     study, nuisance = kr270_study(), foot_and_forearm()
     unknowns = replace(nuisance.unknowns, names=("A2", "n1", "n2", "n12"))
-    with pytest.raises(InputError, match="'A2' is given twice"):
+    with pytest.raises(InputError, match="'A2' is the name of something that is nuisance"):
         with_nuisance(study, replace(nuisance, unknowns=unknowns))
 
 

@@ -97,9 +97,10 @@ def besides(robot: Robot, effects: Effects, springs: VirtualJoints) -> Effects:
     """The effects without those that some of `springs` already are, alone or together.
 
     An effect that is identified is no nuisance: its columns are combinations of theirs in every
-    configuration, as far as random ones and random loads tell.
+    configuration, as far as random ones and random loads tell. Nor is what couples it to another
+    axis: who identifies a spring about an axis says that the axis is one of the tensor's own.
     """
-    kept = _others(robot, effects.unknowns, springs)
+    kept = _others(robot, effects.unknowns, springs, effects.signed)
     return Effects(
         _part(effects.unknowns, kept, [effects.unknowns.names[u] for u in kept]),
         effects.deviation[kept],
@@ -110,7 +111,7 @@ def besides(robot: Robot, effects: Effects, springs: VirtualJoints) -> Effects:
 
 def without(robot: Robot, nuisance: Nuisance, springs: VirtualJoints) -> Nuisance:
     """The nuisance without what some of `springs` already are, as those of an earlier campaign."""
-    kept = _others(robot, nuisance.unknowns, springs)
+    kept = _others(robot, nuisance.unknowns, springs, nuisance.signed)
     if len(kept) == len(nuisance.unknowns):
         return nuisance
     return replace(
@@ -123,12 +124,25 @@ def without(robot: Robot, nuisance: Nuisance, springs: VirtualJoints) -> Nuisanc
     )
 
 
-def _others(robot: Robot, unknowns: Unknowns, springs: VirtualJoints) -> list[int]:
-    """Positions of the unknowns that no combination of `springs` is."""
+def _others(
+    robot: Robot, unknowns: Unknowns, springs: VirtualJoints, signed: BoolArray
+) -> list[int]:
+    """Positions of the unknowns that no combination of `springs` is, nor couples anything that is.
+
+    What couples two axes, `signed` (u,), is nothing without both.
+    """
     there, columns = _columns(robot, each_spring(springs)), _columns(robot, unknowns)
     left = columns - there @ np.linalg.lstsq(there, columns, rcond=None)[0]
     size, rest = (np.linalg.norm(table, axis=0) for table in (columns, left))
-    return np.flatnonzero(rest > _COMBINED * size).tolist()
+    gone: BoolArray = np.atleast_1d(rest <= _COMBINED * size)
+    halved = signed & _coupled(unknowns)[:, gone].any(axis=1)
+    return np.flatnonzero(~gone & ~halved).tolist()
+
+
+def _coupled(unknowns: Unknowns) -> BoolArray:
+    """(u, u) which unknowns make some spring together: those of one tensor."""
+    made = (unknowns.make != 0.0).astype(np.int64)
+    return np.asarray(made.T @ made > 0, dtype=np.bool_)
 
 
 def _effect(robot: Robot, name: str, size: Size) -> Effects:
@@ -205,11 +219,12 @@ def _merged(robot: Robot, effects: Effects) -> Effects:
     length = np.linalg.norm(columns, axis=0)
     unit = columns / np.where(length > 0.0, length, 1.0)
     kept: list[int] = []
+    tensor = np.any(_coupled(effects.unknowns)[:, effects.signed], axis=1)  # stays whole
     names = list(effects.unknowns.names)
     source, variance = list(effects.source), effects.deviation**2
     for u in range(len(names)):
         same = [v for v in kept if unit[:, u] @ unit[:, v] > 1.0 - _SAME]
-        if not same or effects.signed[u]:
+        if not same or tensor[u]:
             kept.append(u)
             continue
         first = same[0]

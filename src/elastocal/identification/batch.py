@@ -37,11 +37,11 @@ class Design:
         case: (N,) load case of each experiment.
         covariance: (S, T, 3, 3) of the readings [m², rad²].
         linear: Whether the model is the regressor, or else the nonlinear equilibrium.
-        common: (S, T, 3, e) what readings of one experiment share, in `covariance` already; none if
-            not given.
         known: (E, p) rows with unit noise of what is known before each campaign; none if not given.
         near: Series of the deflections about the start, where the estimates are near to it: then
             most fits need no equilibrium.
+        common: (S, T, 3, e) what readings of one experiment share, in `covariance` already; none if
+            not given.
     """
 
     arm: ElasticArm
@@ -51,9 +51,9 @@ class Design:
     case: IntArray
     covariance: Array
     linear: bool
-    common: Array = field(default_factory=unset)
     known: Array = field(default_factory=unset)
     near: Series | None = None
+    common: Array = field(default_factory=unset)
 
     @cached_property
     def turns(self) -> Array | None:

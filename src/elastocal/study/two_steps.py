@@ -62,6 +62,14 @@ def with_nuisance(study: Study, nuisance: Nuisance | None) -> Study:
 
 def _beside(study: Study, known: Known | None, nuisance: Nuisance | None) -> Study:
     """The study with other things beside what it asks for."""
+    own_names = {*study.springs.names, *(() if known is None else known.model.names)}
+    if nuisance is not None:
+        for name in (*nuisance.names, *nuisance.unknowns.springs.names):
+            if name in own_names:
+                raise InputError(
+                    f"{name!r} is the name of something that is nuisance; give the spring of the "
+                    "study another name"
+                )
     own = (study.prior - _of_earlier(study)[0])[np.ix_(study.wanted, study.wanted)]
     bare = replace(study, known=known, nuisance=nuisance, prior=unset(), test_poses=())
     prior = np.array(bare.prior)
