@@ -75,7 +75,7 @@ def report_command(
     from elastocal.cli.origins import note_before, note_origin, refuse_false_claims
     from elastocal.cli.planning import note_broken
     from elastocal.cli.stages import stages, virtual_campaigns, write_report
-    from elastocal.files.models.model_file import read_model
+    from elastocal.files.models.truth_file import read_truth
     from elastocal.files.plans.plan_file import judged
     from elastocal.files.plans.proposal_file import study_for
     from elastocal.planning.assessment import assess
@@ -107,7 +107,7 @@ def report_command(
     contents = stages(plan.study, files, tool, confidence)
     contents = replace(contents, plan=plan, others=others)
     if campaigns is not None and truth is not None:
-        true = read_model(truth, plan.study.robot)
+        true = read_truth(truth, plan.study.robot)
         plans = {name: (o.load_cases, o.repeats) for name, o in proposed.items()}
         simulated = virtual_campaigns(plan, plans, true, campaigns, random)
         contents = replace(contents, monte_carlo=simulated)

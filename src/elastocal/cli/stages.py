@@ -43,6 +43,7 @@ from elastocal.report.contents import Contents
 from elastocal.simulation.campaigns import MonteCarlo
 from elastocal.simulation.monte_carlo import campaigns
 from elastocal.simulation.true_robot import TrueRobot
+from elastocal.simulation.virtual_campaign import Reality
 from elastocal.study.at_test_poses import AtTestPose, at_test_poses
 from elastocal.study.study import Study
 from elastocal.terminal.progress import progress
@@ -165,7 +166,7 @@ def with_compensation(contents: Contents, done: Compensation, truth: TrueRobot |
 def virtual_campaigns(
     plan: Plan,
     others: dict[str, tuple[LoadCases, IntArray]],
-    truth: ComplianceModel,
+    truth: TrueRobot,
     number: int,
     random: int = 0,
 ) -> MonteCarlo:
@@ -173,7 +174,14 @@ def virtual_campaigns(
     named = {"this plan": (plan.load_cases, plan.repeats)} | others
     with progress("campaigns") as tell:
         return campaigns(
-            plan.study, truth, named, number, seed=plan.seed, random=random, progress=tell
+            plan.study,
+            truth.model,
+            named,
+            number,
+            seed=plan.seed,
+            reality=Reality(loads=truth.loads),
+            random=random,
+            progress=tell,
         )
 
 

@@ -93,7 +93,8 @@ def conventions(robot: Robot, assumed: Convention, joints: Sequence[int]) -> Ite
         joints: Joints whose signs matter, as positions; of many the first eight are tried.
     """
     pairs = _pairs(robot, assumed)[:_MOST_PAIRS]
-    flips = [np.array(flip) for flip in product((False, True), repeat=len(joints[:_MOST_SIGNS]))]
+    signs = product((False, True), repeat=len(joints[:_MOST_SIGNS]))
+    flips = [np.array(flip, dtype=bool) for flip in signs]
     for factors in product(_FACTORS, repeat=len(pairs)):
         other = assumed
         for (i, j), by in zip(pairs, factors, strict=True):
