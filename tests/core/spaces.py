@@ -20,8 +20,10 @@ from elastocal.constraints import (
     MinRadius,
     Tilt,
 )
+from elastocal.elastic.absorbed import KnownErrors
 from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, InPlane, Load
 from elastocal.elastic.arm import ElasticArm
+from elastocal.elastic.case_errors import CaseErrors
 from elastocal.elastic.springs import VirtualJoints, joint_springs, merged
 from elastocal.elastic.unknowns import Unknowns
 from elastocal.measuring.instrument import Instrument, Isotropic, LaserTracker, PoseProbe
@@ -46,6 +48,7 @@ def random_space(seed: int, slides: list[bool], markers: int) -> LoadCaseSpace:
         instrument=random_instrument(rng, rotation=rotation),
         limits=np.array([np.full(n, -3.0), np.full(n, 3.0)]),
         makers=random_makers(rng, arm.springs) if rng.random() < 0.5 else None,
+        errors=random_errors(rng, arm.springs) if rng.random() < 0.5 else None,
     )
 
 
@@ -85,6 +88,18 @@ def random_makers(rng: np.random.Generator, springs: VirtualJoints) -> Unknowns:
     p = int(rng.integers(1, len(springs) + 3))
     make = rng.normal(size=(len(springs), p)) * (rng.random((len(springs), p)) < 0.5)
     return Unknowns(tuple(f"U{j}" for j in range(p)), springs, make)
+
+
+def random_errors(rng: np.random.Generator, springs: VirtualJoints) -> KnownErrors:
+    """Errors of load cases, some of them zero."""
+    largest = {
+        **{"friction": 0.1, "discrepancy": 0.1, "discrepancy_length": 3e-5, "gain": 0.05},
+        **{"tilt": 0.05, "repeatability": 5e-5, "common_gain": 0.05, "common_tilt": 0.05},
+    }
+    sizes = {name: size * rng.random() * (rng.random() < 0.6) for name, size in largest.items()}
+    compliance = rng.uniform(0.2e-6, 2e-6, len(springs)) * (rng.random(len(springs)) < 0.8)
+    together = float(rng.choice([1.0, 2.5, 12.0]))
+    return KnownErrors(CaseErrors(**sizes), compliance, springs.joint >= 0, 1e-7, together)
 
 
 def random_load(rng: np.random.Generator, size: float) -> Load:

@@ -40,6 +40,7 @@ pytestmark = pytest.mark.skipif(not LEVELS, reason="the core is not compiled")
 
 ROUNDING = 1e-12  # rows and gradients, of the largest; chains here are up to 10 m long
 CLAMPED = 1e-9  # where an arc function is steep
+ERRING = 1e-9  # where errors of load cases are up to ten thousand times the noise
 
 shapes = st.tuples(
     st.integers(0, 2**32 - 1), st.lists(st.booleans(), min_size=1, max_size=9), st.integers(1, 3)
@@ -66,14 +67,16 @@ def test_rows_margins_and_gradients_of_any_space(
 ) -> None:
     space, rng = random_space(*shape), np.random.default_rng(shape[0])
     x = rng.uniform(1.2 * space.lower, 1.2 * space.upper, (count, len(space.lower)))
-    expected = LoadCaseEvaluation(space, x)
+    repeats = rng.uniform(0.5, 12.0, count) if rng.random() < 0.5 else None
+    expected = LoadCaseEvaluation(space, x, repeats)
     rows, margins = (rng.normal(size=a.shape) for a in (expected.blocks, expected.margins))
+    exact = ROUNDING if space.errors is None else ERRING
     for core in in_core(space):
         assert not core.foreign
-        found = core.evaluate(x)
-        close(found.blocks, expected.blocks)
+        found = core.evaluate(x, repeats)
+        close(found.blocks, expected.blocks, exact)
         np.testing.assert_allclose(found.margins, expected.margins, rtol=0, atol=CLAMPED)
-        close(found.pull(rows, 0 * margins), expected.pull(rows, 0 * margins))
+        close(found.pull(rows, 0 * margins), expected.pull(rows, 0 * margins), exact)
         close(found.pull(0 * rows, margins), expected.pull(0 * rows, margins), CLAMPED)
         close(found.pull(rows, margins), expected.pull(rows, margins), CLAMPED)
 
@@ -83,7 +86,7 @@ def test_every_kind_of_constraint(name: str) -> None:
     """Of those near solids many of these configurations are inside one."""
     space = replace(kr270(A0).space, constraints=[CONSTRAINTS[name]])
     x = np.random.default_rng(0).uniform(-2.5, 2.5, (1001, 6))
-    expected = LoadCaseEvaluation(space, x)
+    expected = LoadCaseEvaluation(space, x, None)
     weights = np.random.default_rng(1).normal(size=expected.margins.shape)
     for core in in_core(space):
         assert not core.foreign
@@ -215,7 +218,7 @@ def check_plans(space: LoadCaseSpace, criterion: Criterion, points: int) -> None
 def test_which_points_are_feasible(shape: tuple[int, list[bool], int]) -> None:
     space, rng = random_space(*shape), np.random.default_rng(shape[0])
     x = rng.uniform(space.lower, space.upper, (57, len(space.lower)))
-    margins = LoadCaseEvaluation(space, x).margins
+    margins = LoadCaseEvaluation(space, x, None).margins
     clear = (np.abs(margins) > 1e-9).all(axis=1)
     for core in in_core(space):
         np.testing.assert_array_equal(core.holds(x)[clear], (margins >= 0.0).all(axis=1)[clear])

@@ -183,7 +183,7 @@ def test_the_core_makes_the_same_rows_of_the_preset() -> None:
     )
     space = with_nuisance(study, told).space
     x = space.sample(37, np.random.default_rng(0))
-    expected = LoadCaseEvaluation(space, x)
+    expected = LoadCaseEvaluation(space, x, None)
     bars = (
         np.random.default_rng(1).normal(size=expected.blocks.shape) / np.abs(expected.blocks).max()
     )

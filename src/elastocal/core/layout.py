@@ -21,8 +21,8 @@ ASK = ctypes.CFUNCTYPE(Int, Int, Int, ctypes.POINTER(Real), ctypes.POINTER(Real)
 
 
 SIGNATURES = {
-    "evaluate": (Pointer, Int, Pointer, Pointer, Pointer),
-    "pull": (Pointer, Int, Pointer, Pointer, Pointer, Pointer),
+    "evaluate": (Pointer, Int, Pointer, Pointer, Pointer, Pointer),
+    "pull": (Pointer, Int, Pointer, Pointer, Pointer, Pointer, Pointer),
     "feasible": (Pointer, Int, Pointer, Pointer),
     "restore": (Pointer, Int, Pointer, Pointer, Pointer, Int),
     "advance": (Pointer, Pointer, Pointer, Int, Int, Int),
@@ -169,6 +169,18 @@ class PlainNoise(ctypes.Structure):
     )
 
 
+class PlainErrors(ctypes.Structure):
+    """What errs besides."""
+
+    _fields_ = (
+        ("any", Int),
+        *((name, Real) for name in ("discrepancy", "length", "gain", "tilt")),
+        *((name, Real) for name in ("repeatability", "turning", "together")),
+        ("compliance", Pointer),
+        ("rubbing", Pointer),
+    )
+
+
 class PlainSpace(ctypes.Structure):
     """A space of load cases."""
 
@@ -203,6 +215,7 @@ class PlainSpace(ctypes.Structure):
         ("directions", Int),
         ("pointing", Pointer),
         ("noise", PlainNoise),
+        ("errors", PlainErrors),
         ("force", PlainLoad),
         ("moment", PlainLoad),
         ("margins", Int),

@@ -75,8 +75,12 @@ class DesignSpace(Protocol):
     def feasible(self, x: Array) -> BoolArray:
         """(N,) which design points (N, d) hold all constraints."""
 
-    def evaluate(self, x: Array) -> DesignEvaluation:
-        """Rows, margins and their gradients at `x`, (N, d)."""
+    def evaluate(self, x: Array, repeats: Array | None = None) -> DesignEvaluation:
+        """Rows, margins and their gradients at `x`, (N, d).
+
+        Repeats may share errors: then the rows of one of (N,) repeats of a point tell the less, the
+        more there are. If they are not given, the space has a number for all.
+        """
 
 
 def information(blocks: Array) -> Array:

@@ -69,13 +69,18 @@ def each_spring(springs: VirtualJoints) -> Unknowns:
     return Unknowns(springs.names, springs, np.eye(len(springs)))
 
 
+def left_alone(springs: VirtualJoints) -> Unknowns:
+    """No unknown at all: springs that nothing which is fitted makes."""
+    return Unknowns((), springs, np.zeros((len(springs), 0)))
+
+
 def joined(first: Unknowns, second: Unknowns) -> Unknowns:
     """The unknowns of both, those of the first before those of the second.
 
     Raises:
         InputError: a spring, or an unknown, has the name of another one.
     """
-    if not len(second):
+    if not len(second.springs):
         return first
     twice = sorted(set(first.names) & set(second.names))
     if twice:

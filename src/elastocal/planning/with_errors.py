@@ -12,13 +12,21 @@ from functools import cached_property
 import numpy as np
 
 from elastocal.arrays import Array, IntArray
+from elastocal.elastic.absorbed import KnownErrors
 from elastocal.elastic.arm import ElasticArm
-from elastocal.elastic.case_errors import common_columns, own_covariance, shared_covariance
+from elastocal.elastic.case_errors import (
+    LOAD_GAIN,
+    common_columns,
+    own_covariance,
+    shared_covariance,
+)
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.nuisance import Nuisance, usual_compliances
 from elastocal.elastic.regressor import regressor
 from elastocal.elastic.springs import VirtualJoints, joint_springs, merged
+from elastocal.elastic.unknowns import Unknowns, joined, left_alone
 from elastocal.robot.posture import Posture
+from elastocal.study.experiment_space import LoadCaseSpace
 from elastocal.study.left_rigid import counted
 from elastocal.study.study import Study, TestPose
 from elastocal.study.test_path import TestPath
@@ -62,6 +70,23 @@ class WithErrors:
         """(c,) their compliances, as expected before [rad/(N·m) or m/N]."""
         usual = usual_compliances(self.study.robot, self.nuisance)
         return np.array([usual[name] for name in self.bending.names])
+
+    @property
+    def space(self) -> LoadCaseSpace:
+        """The load cases to choose from, with rows in units of all that errs."""
+        study, errors = self.study, self.nuisance.errors
+        joints, fitted = joint_springs(study.robot), study.fitted
+        more = [name for name in joints.names if name not in fitted.springs.names]
+        makers = joined(fitted, left_alone(joint_springs(study.robot, more))) if more else fitted
+        springs = makers.springs
+        usual = dict(zip(self.bending.names, self.usual.tolist(), strict=True))
+        compliance = np.array([usual.get(name, 0.0) for name in springs.names])
+        if errors.common_gain > 0.0:
+            gain = errors.common_gain / _UNIT * compliance[:, None]
+            makers = Unknowns((*makers.names, LOAD_GAIN), springs, np.hstack([makers.make, gain]))
+        known = KnownErrors(errors, compliance, springs.joint >= 0, _UNIT)
+        arm = replace(study.fitted_arm, springs=springs)
+        return replace(study.space, arm=arm, makers=makers, errors=known)
 
     def informations(self, cases: LoadCases, repeats: IntArray) -> Array:
         """(S, f + e, f + e) of S load cases, each measured `repeats` times, (S,).

@@ -58,20 +58,22 @@ class CompiledSpace:
     def __reduce__(self) -> tuple[Any, ...]:
         return _here, (self.library.level, self.space)
 
-    def evaluate(self, x: Array) -> CompiledEvaluation:
-        """Rows in units of their noise, margins and gradients at design points (N, d)."""
-        return CompiledEvaluation(self, x)
+    def evaluate(self, x: Array, repeats: Array | None = None) -> CompiledEvaluation:
+        """Rows in units of what errs, margins and gradients at design points (N, d)."""
+        return CompiledEvaluation(self, x, repeats)
 
-    def blocks(self, x: Array) -> Array:
-        """(N, rows, p) rows in units of their noise at design points (N, d)."""
+    def blocks(self, x: Array, repeats: Array | None = None) -> Array:
+        """(N, rows, p) rows in units of what errs at design points (N, d), measured (N,) times."""
         x, found = _table(x), np.empty((len(x), self.rows, self.space.parameters))
-        self._do("evaluate", len(x), address(x), address(found), None)
+        often = None if repeats is None else _table(repeats)
+        given = address(x), None if often is None else address(often)
+        self._do("evaluate", len(x), *given, address(found), None)
         return found
 
     def known_margins(self, x: Array) -> Array:
         """(N, C) margins; zero where only Python knows them."""
         x, found = _table(x), np.zeros((len(x), self.margins))
-        self._do("evaluate", len(x), address(x), None, address(found))
+        self._do("evaluate", len(x), address(x), None, None, address(found))
         return found
 
     def holds(self, x: Array) -> BoolArray:
@@ -80,10 +82,13 @@ class CompiledSpace:
         self._do("feasible", len(x), address(x), address(found))
         return found
 
-    def pull(self, x: Array, block_bar: Array | None, margin_bar: Array | None) -> Array:
+    def pull(
+        self, x: Array, repeats: Array | None, block_bar: Array | None, margin_bar: Array | None
+    ) -> Array:
         """(N, d) gradient of a scalar with these in rows and margins; None for zero."""
         x, found = _table(x), np.empty((len(x), self.variables))
-        bars = [None if bar is None else _table(bar) for bar in (block_bar, margin_bar)]
+        given = repeats, block_bar, margin_bar
+        bars = [None if bar is None else _table(bar) for bar in given]
         addresses = [None if bar is None else address(bar) for bar in bars]
         self._do("pull", len(x), address(x), *addresses, address(found))
         return found
@@ -134,13 +139,13 @@ def _here(level: str, space: Described) -> CompiledSpace:
 class CompiledEvaluation:
     """Rows, margins and gradients of N load cases; see `design.space.DesignEvaluation`."""
 
-    def __init__(self, place: CompiledSpace, x: Array) -> None:
-        self._place, self._x = place, x
+    def __init__(self, place: CompiledSpace, x: Array, repeats: Array | None) -> None:
+        self._place, self._x, self._repeats = place, x, repeats
 
     @cached_property
     def blocks(self) -> Array:
         """(N, rows, p) rows in units of their noise."""
-        return self._place.blocks(self._x)
+        return self._place.blocks(self._x, self._repeats)
 
     @cached_property
     def margins(self) -> Array:
@@ -158,6 +163,7 @@ class CompiledEvaluation:
         """(N, d) gradient of a scalar with these gradients in `blocks` and `margins`."""
         gradient = self._place.pull(
             self._x,
+            self._repeats,
             block_cotangent if block_cotangent.any() else None,
             margin_cotangent if margin_cotangent.any() else None,
         )

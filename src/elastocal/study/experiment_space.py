@@ -7,7 +7,7 @@ the load is free, the direction of the force and of the moment.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -18,16 +18,17 @@ from elastocal.constraints import Constraint, margins_at
 from elastocal.core.library import library as core_library
 from elastocal.design.oracle import restore
 from elastocal.design.space import DesignEvaluation, information
+from elastocal.elastic.absorbed import KnownErrors
 from elastocal.elastic.allowed_loads import FreeDirection, Load
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.elastic.regressor import Regressor
 from elastocal.elastic.unknowns import Unknowns, each_spring
 from elastocal.errors import Doubt, InfeasibleError
 from elastocal.measuring.instrument import Instrument
 from elastocal.robot.posture import Posture
 from elastocal.stopping import stop_if_asked
 from elastocal.study.compiled import CompiledSpace, compiled
+from elastocal.study.load_case_rows import LoadCaseRows
 from elastocal.wording import worded
 
 _CHUNK = 2048  # load cases evaluated at once: what stays in the cache
@@ -48,7 +49,9 @@ class LoadCaseSpace:
         constraints: Constraints besides the joint limits.
         instrument: What measures the deflections of the markers.
         limits: (2, n) lower and upper joint values used for planning [rad or m].
-        makers: The p unknowns that make the springs; None: each spring is an unknown.
+        makers: The unknowns that make the springs; None: each spring is an unknown.
+        errors: What errs besides the instrument; None: nothing. Unknowns that turn all loads
+            together come behind those that make springs.
     """
 
     arm: ElasticArm
@@ -58,16 +61,23 @@ class LoadCaseSpace:
     instrument: Instrument
     limits: Array
     makers: Unknowns | None = None
+    errors: KnownErrors | None = None
 
     @cached_property
     def unknowns(self) -> Unknowns:
-        """The p unknowns."""
+        """The unknowns that make springs."""
         return each_spring(self.arm.springs) if self.makers is None else self.makers
 
     @property
     def parameters(self) -> int:
-        """Number p of unknown compliances."""
-        return len(self.unknowns)
+        """Number p of unknowns."""
+        return len(self.unknowns) + (0 if self.errors is None else self.errors.turns)
+
+    def measured_together(self, repeats: float) -> LoadCaseSpace:
+        """The space whose load cases are measured so often, where nobody says how often."""
+        if self.errors is None or self.errors.together == repeats:
+            return self
+        return replace(self, errors=self.errors.of(repeats))
 
     @cached_property
     def lower(self) -> Array:
@@ -93,9 +103,16 @@ class LoadCaseSpace:
     def _free(self) -> int:
         return self.force.variables + self.moment.variables
 
-    def evaluate(self, x: Array) -> DesignEvaluation:
-        """Regressor rows in units of their noise, margins and gradients at design points (N, d)."""
-        return LoadCaseEvaluation(self, x) if self.core is None else self.core.evaluate(x)
+    def evaluate(self, x: Array, repeats: Array | None = None) -> DesignEvaluation:
+        """Rows in units of what errs, margins and gradients at design points (N, d).
+
+        The rows are those of one of (N,) repeats, which may share errors.
+        """
+        if self.errors is None:
+            repeats = None
+        if self.core is None:
+            return LoadCaseEvaluation(self, x, repeats)
+        return self.core.evaluate(x, repeats)
 
     def parts(self, count: int) -> int:
         """Into how many parts to divide load cases for several cores; 1 where one is fast."""
@@ -110,11 +127,11 @@ class LoadCaseSpace:
 
     def information(self, cases: LoadCases) -> Array:
         """(N, p, p) information of load cases, each measured once [(N·m/rad)²]."""
-        posture = Posture(self.arm.robot, cases.q)
-        rows = Regressor(self.arm, posture, cases.wrench).rows
-        points = [posture.point(marker) for marker in self.arm.tool.markers]
-        white, _ = self.instrument.whiten(rows, points)
-        return information(np.ascontiguousarray(self.unknowns.columns(white.transpose(2, 0, 1))))
+        return information(self._rows(cases.q, cases.wrench).blocks)
+
+    def _rows(self, q: Array, wrench: Array, repeats: Array | None = None) -> LoadCaseRows:
+        made = self.arm, self.instrument, self.unknowns, self.errors
+        return LoadCaseRows(*made, LoadCases(q, wrench), repeats)
 
     def points(self, cases: LoadCases) -> Array:
         """(N, d) design points of load cases whose free loads have the largest norm."""
@@ -262,11 +279,13 @@ def _distinct(x: Array) -> Array:
 class LoadCaseEvaluation:
     """Rows, margins and gradients of N load cases; see `design.space.DesignEvaluation`."""
 
-    def __init__(self, space: LoadCaseSpace, x: Array) -> None:
+    def __init__(self, space: LoadCaseSpace, x: Array, repeats: Array | None) -> None:
         self._space, self._x = space, x
-        self._parts = [
-            _Part(space, x[start : start + _CHUNK]) for start in range(0, max(len(x), 1), _CHUNK)
-        ]
+        self._parts = []
+        for start in range(0, max(len(x), 1), _CHUNK):
+            own = slice(start, start + _CHUNK)
+            part = _Part(space, x[own], None if repeats is None else repeats[own])
+            self._parts.append(part)
         self.blocks = _joined([part.blocks for part in self._parts])
         self.margins = _joined([part.margins for part in self._parts])
 
@@ -286,17 +305,12 @@ def _joined(arrays: list[Array]) -> Array:
 class _Part:
     """One chunk of an evaluation."""
 
-    def __init__(self, space: LoadCaseSpace, x: Array) -> None:
-        n = len(space.arm.robot.joints)
+    def __init__(self, space: LoadCaseSpace, x: Array, repeats: Array | None) -> None:
         self.space, self.x = space, x
-        posture = Posture(space.arm.robot, x[:, :n])
-        self.wrench = space._wrench(x)
-        self.regressor = Regressor(space.arm, posture, self.wrench.T)
-        self.posture = posture
-        self.markers = [posture.point(marker) for marker in space.arm.tool.markers]
-        rows, self.unwhiten = space.instrument.whiten(self.regressor.rows, self.markers)
-        self.blocks = np.ascontiguousarray(space.unknowns.columns(rows.transpose(2, 0, 1)))
-        results = [constraint.at(posture) for constraint in space.constraints]
+        n = len(space.arm.robot.joints)
+        self.rows = space._rows(x[:, :n], space._wrench(x).T, repeats)
+        self.blocks = self.rows.blocks
+        results = [constraint.at(self.rows.posture) for constraint in space.constraints]
         margins = [margin for margin, _ in results]
         self.pulls = [pull for _, pull in results]
         self.cones = []
@@ -307,7 +321,7 @@ class _Part:
 
     def pull(self, block_cotangent: Array, margin_cotangent: Array) -> Array:
         n, k = len(self.space.arm.robot.joints), self.space.force.variables
-        q_bar, wrench_bar = self._pull_rows(block_cotangent)
+        q_bar, wrench_bar = self.rows.pull(block_cotangent)
         constraint_bar, cone_bar = np.split(margin_cotangent.T, [len(self.pulls)])
         for pull, weight in zip(self.pulls, constraint_bar, strict=True):
             if weight.any():
@@ -325,16 +339,3 @@ class _Part:
         for (start, slope), weight in zip(self.cones, cone_bar, strict=True):
             gradient[start : start + 3] += slope * weight
         return gradient.T
-
-    def _pull_rows(self, block_cotangent: Array) -> tuple[Array, Array]:
-        """(n, N) gradient in q and (6, N) in the wrench of a gradient in `blocks`."""
-        if not block_cotangent.any():  # restoring asks for margins alone
-            return np.zeros_like(self.posture.q), np.zeros_like(self.wrench)
-        cotangent = self.space.unknowns.cotangents(block_cotangent)
-        cotangent = np.ascontiguousarray(cotangent.transpose(1, 2, 0))
-        rows_bar, points_bar = self.unwhiten(cotangent)
-        q_bar, wrench_bar = self.regressor.pull(rows_bar)
-        moved = zip(self.markers, points_bar, strict=True) if points_bar else ()
-        for point, bar in moved:
-            q_bar += self.posture.pull_point(point, bar)
-        return q_bar, wrench_bar

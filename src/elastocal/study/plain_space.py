@@ -36,6 +36,7 @@ from elastocal.constraints.collision.solid import Solid
 from elastocal.constraints.collision.support import FIELDS, by_direction, spanned
 from elastocal.core import layout
 from elastocal.core.layout import Closer, LoadKind, MarginKind, Memory, PairKind
+from elastocal.elastic.absorbed import KnownErrors
 from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, Load
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.unknowns import Unknowns
@@ -59,6 +60,8 @@ class Described(Protocol):
     def parameters(self) -> int: ...
     @property
     def unknowns(self) -> Unknowns: ...
+    @property
+    def errors(self) -> KnownErrors | None: ...
     @property
     def lower(self) -> Array: ...
     @property
@@ -104,7 +107,7 @@ class PlainSpaceOf:
             twists=len(springs),
             springs=len(space.arm.springs),
             unknowns=space.parameters,
-            **_making(space.unknowns, memory),
+            **_making(space, memory),
             body=memory.integers(springs.body),
             joint=memory.integers(joint),
             axes=memory.reals(springs.axis),
@@ -119,6 +122,7 @@ class PlainSpaceOf:
             directions=len(self._directions),
             pointing=memory.reals(np.reshape(self._directions, (-1, 3))),
             noise=_noise(space),
+            errors=_errors(space.errors, memory),
             force=loads[0],
             moment=loads[1],
             margins=len(margins),
@@ -260,9 +264,10 @@ def _is_known(pairs: Pairs) -> bool:
     return all(len(solid.faces) <= layout.MOST_FACES for solid in pairs.solids)
 
 
-def _making(unknowns: Unknowns, memory: Memory) -> dict[str, int]:
+def _making(space: Described, memory: Memory) -> dict[str, int]:
     """Which unknowns make each spring, and how much of it; nothing where each is a spring."""
-    if unknowns.plain:
+    unknowns = space.unknowns
+    if unknowns.plain and space.parameters == len(unknowns):
         return {}
     spring, unknown = np.nonzero(unknowns.make)
     return {
@@ -306,3 +311,21 @@ def _noise(space: Described) -> layout.PlainNoise:
             rotation=rotation,
         )
     return layout.PlainNoise(kind=0, deviation=instrument.sigma, rotation=rotation)
+
+
+def _errors(known: KnownErrors | None, memory: Memory) -> layout.PlainErrors:
+    if known is None:
+        return layout.PlainErrors()
+    sizes = known.sizes
+    return layout.PlainErrors(
+        any=1,
+        discrepancy=sizes.discrepancy,
+        length=sizes.discrepancy_length,
+        gain=sizes.gain,
+        tilt=sizes.tilt,
+        repeatability=sizes.repeatability,
+        turning=sizes.common_tilt / known.unit,
+        together=known.together,
+        compliance=memory.reals(known.compliance),
+        rubbing=memory.reals(known.rubbing),
+    )

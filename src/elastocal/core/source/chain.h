@@ -26,6 +26,21 @@ typedef struct {
     vector first, second, normal;
 } Nearest;
 
+/* What errs in load cases: errors.h. Rows are R = 3 targets numbers. */
+typedef struct {
+    lanes repeats;     /* that share each load case */
+    vector *total;     /* (targets) deflection [m, rad] */
+    vector *turned;    /* (3, targets) the same of loads turned by one about x, y, z */
+    lanes *exerted;    /* (3, c) their generalised forces */
+    vector *rubbed;    /* (c, targets) what friction leaves, in units of the noise, like the rest */
+    vector *gained;    /* (targets) by the size of the load */
+    vector *tilted;    /* (3, targets) by its direction */
+    vector *back;      /* (3, markers) by where the robot comes back to */
+    vector *wide;      /* (targets, 3) by what nothing explains */
+    lanes root[2];     /* deviation of that at a marker, of the rotation */
+    lanes *factor;     /* (R, R) L of the covariance L Lᵀ of all, 1 over its diagonal in place */
+} Erring;
+
 /* One group of LANES load cases. */
 typedef struct {
     lanes *x;          /* (d) design variables */
@@ -43,6 +58,7 @@ typedef struct {
     lanes *range;      /* (markers) */
     lanes *margins;    /* (C + cones) */
     vector *ends;      /* (solids, 2) */
+    Erring erring;     /* if load cases err */
     Nearest *nearest;  /* (C) of margins that are distances */
     int64_t *hints;    /* per pair twice, the face that parted it last, plus 1; then (C) pairs */
 } Place;
@@ -61,12 +77,39 @@ INLINE int64_t hints_of(const Space *s) {
     return s->solids ? (2 * pairs_of(s) + s->margins) / LANES + 1 : 0;
 }
 
+/* Whether loads are turned. */
+INLINE int turning(const Space *s) { return s->errors.tilt > 0.0 || s->errors.turning > 0.0; }
+
+static int64_t erring_size(const Space *s) {
+    const int64_t t = targets(s), r = rows_of(s);
+    return s->errors.any ? 3 * t * (1 + 3 + s->springs + 1 + 3 + 3) + 9 * s->markers +
+                               3 * s->springs + r * r
+                         : 0;
+}
+
+static Erring erring_in(const Space *s, lanes *memory) {
+    const int64_t t = targets(s);
+    Erring e = {0};
+    if (!s->errors.any) return e;
+    e.total = (vector *)memory, memory += 3 * t;
+    e.turned = (vector *)memory, memory += 9 * t;
+    e.rubbed = (vector *)memory, memory += 3 * s->springs * t;
+    e.gained = (vector *)memory, memory += 3 * t;
+    e.tilted = (vector *)memory, memory += 9 * t;
+    e.wide = (vector *)memory, memory += 9 * t;
+    e.back = (vector *)memory, memory += 9 * s->markers;
+    e.exerted = memory, memory += 3 * s->springs;
+    e.factor = memory;
+    e.repeats = every(s->errors.together);
+    return e;
+}
+
 /* Memory, in lanes, and its division. */
 static int64_t place_size(const Space *s) {
     return s->variables + 12 * (s->moving + 2) + 6 * s->twists + 3 * s->points +
            3 * s->directions + 3 * s->points * s->springs + 4 * s->springs +
            3 * targets(s) * s->unknowns + 4 * s->markers + margins_of(s) + 6 * s->solids +
-           11 * s->margins + hints_of(s);
+           11 * s->margins + erring_size(s) + hints_of(s);
 }
 
 static Place place_in(const Space *s, lanes *memory) {
@@ -86,6 +129,7 @@ static Place place_in(const Space *s, lanes *memory) {
     p.margins = memory, memory += margins_of(s);
     p.ends = (vector *)memory, memory += 6 * s->solids;
     p.nearest = (Nearest *)memory, memory += 11 * s->margins;
+    p.erring = erring_in(s, memory), memory += erring_size(s);
     p.hints = (int64_t *)memory;
     memset(p.hints, 0, (size_t)hints_of(s) * sizeof(lanes));
     return p;
@@ -213,6 +257,28 @@ INLINE vector taken_row(const Space *s, const vector *bars, int64_t target, int6
     return bar;
 }
 
+/* How a tracker's noise changes with the place of a marker: its gradient there. `row` is in units
+ * of the noise already. */
+INLINE vector pull_whitened(const Space *s, const Place *p, int64_t marker, vector plain,
+                            vector bar) {
+    const Noise *n = &s->noise;
+    lanes range = p->range[marker];
+    lanes across = n->across + n->across_per_metre * range;
+    lanes along = n->along + n->along_per_metre * range;
+    lanes a = 0.70710678118654752 / across, b = 0.70710678118654752 / along;
+    vector u = p->beam[marker];
+    lanes row_along = dot(u, plain), bar_along = dot(u, bar);
+    lanes lengthwise = row_along * bar_along, crosswise = dot(plain, bar) - lengthwise;
+    vector turn = plus(times(row_along, bar), times(bar_along, plain));
+    turn = times((b - a) / range, turn);
+    turn = minus(turn, times(dot(u, turn), u));
+    lanes slope = -crosswise * a * n->across_per_metre / across;
+    slope -= lengthwise * b * n->along_per_metre / along;
+    return plus(turn, times(slope, u));
+}
+
+#include "errors.h"
+
 /* Rows of the linear model in units of the noise. */
 static void place_rows(const Space *s, Place *p) {
     const int64_t n = s->joints, springs = s->springs;
@@ -259,26 +325,7 @@ static void place_rows(const Space *s, Place *p) {
     if (s->noise.rotation > 0.0)
         for (int64_t u = 0; u < springs; u++)
             give_row(s, p, s->markers, u, times(p->exerted[u] / s->noise.rotation, p->turn[u]));
-}
-
-/* How a tracker's noise changes with the place of a marker: its gradient there. `row` is in units
- * of the noise already. */
-INLINE vector pull_whitened(const Space *s, const Place *p, int64_t marker, vector plain,
-                            vector bar) {
-    const Noise *n = &s->noise;
-    lanes range = p->range[marker];
-    lanes across = n->across + n->across_per_metre * range;
-    lanes along = n->along + n->along_per_metre * range;
-    lanes a = 0.70710678118654752 / across, b = 0.70710678118654752 / along;
-    vector u = p->beam[marker];
-    lanes row_along = dot(u, plain), bar_along = dot(u, bar);
-    lanes lengthwise = row_along * bar_along, crosswise = dot(plain, bar) - lengthwise;
-    vector turn = plus(times(row_along, bar), times(bar_along, plain));
-    turn = times((b - a) / range, turn);
-    turn = minus(turn, times(dot(u, turn), u));
-    lanes slope = -crosswise * a * n->across_per_metre / across;
-    slope -= lengthwise * b * n->along_per_metre / along;
-    return plus(turn, times(slope, u));
+    if (s->errors.any) absorb(s, p);
 }
 
 INLINE void push(wrench *w, vector at, vector force) {
@@ -294,7 +341,7 @@ typedef struct {
 
 /* Memory of `pull`, in lanes, besides the wrenches. */
 static int64_t pull_size(const Space *s) {
-    return 9 * (s->twists + 1) + s->moving +
+    return 9 * (s->twists + 1) + s->moving + erring_pull_size(s) +
            (s->share ? 3 * (s->points + 1) * s->springs : 0) + 3 * s->points;
 }
 
@@ -342,7 +389,13 @@ static void pull(const Space *s, const Place *p, const vector *bars, wrench *on,
     lanes *along = memory + 9 * (s->twists + 1);
     vector *point_bar = (vector *)(along + s->moving); /* of one spring, or of one twist */
     vector *velocity_bar = point_bar + s->points;      /* (points + 1, c) if twists share them */
+    lanes *rest = (lanes *)(velocity_bar + (s->share ? (s->points + 1) * springs : 0));
     if (bars) {
+        ErringBars erring = {0};
+        if (s->errors.any) {
+            erring = pull_absorbed(s, p, bars, on, rest);
+            bars = erring.rows;
+        }
         const int tracking = s->noise.kind == TRACKER;
         const lanes scale = every(1.0 / s->noise.deviation);
         vector force_bar = zero, moment_bar = zero;
@@ -355,6 +408,7 @@ static void pull(const Space *s, const Place *p, const vector *bars, wrench *on,
             for (int64_t m = 0; m < s->markers; m++) {
                 vector velocity = p->velocity[s->marker[m] * springs + u];
                 vector given = taken_row(s, bars, m, u), plain;
+                if (s->errors.any) given = plus(given, erring_row(s, &erring, m, u));
                 if (tracking) {
                     plain = whitened(s, p, m, given);
                     vector moved = pull_whitened(s, p, m, times(exerted, velocity), given);
@@ -362,13 +416,16 @@ static void pull(const Space *s, const Place *p, const vector *bars, wrench *on,
                 } else {
                     plain = times(scale, given);
                 }
+                if (s->errors.any) plain = plus(plain, erring_plain(s, &erring, m, u));
                 bar += dot(velocity, plain);
                 vector *to = &point_bar[s->marker[m]];
                 *to = plus(*to, times(exerted, plain));
             }
             if (s->noise.rotation > 0.0) {
                 vector given = taken_row(s, bars, s->markers, u);
+                if (s->errors.any) given = plus(given, erring_row(s, &erring, s->markers, u));
                 given = times(every(1.0 / s->noise.rotation), given);
+                if (s->errors.any) given = plus(given, erring_plain(s, &erring, s->markers, u));
                 bar += dot(p->turn[u], given);
                 turn_bar = times(exerted, given);
             }
@@ -376,6 +433,8 @@ static void pull(const Space *s, const Place *p, const vector *bars, wrench *on,
             point_bar[0] = plus(point_bar[0], times(bar, p->force));
             force_bar = plus(force_bar, times(bar, p->velocity[u]));
             moment_bar = plus(moment_bar, times(bar, p->turn[u]));
+            if (turning(s))
+                pull_turned(s, p, &erring, u, point_bar, &turn_bar, &force_bar, &moment_bar);
             if (!s->share) {
                 sums[u + 1] = summed(s, p, u, point_bar, turn_bar, &sums[u]);
                 continue;

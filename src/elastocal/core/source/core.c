@@ -7,13 +7,13 @@
 #include "restore.h"
 
 /* Raised with every change of what is exported; `VERSION` in library.py is the same number. */
-#define VERSION 8
+#define VERSION 9
 
 EXPORT int NAMED(core_version)(void);
-EXPORT int64_t NAMED(evaluate)(const Space *s, int64_t count, const double *x, double *rows,
-                               double *margins);
-EXPORT int64_t NAMED(pull)(const Space *s, int64_t count, const double *x, const double *bars,
-                           const double *weights, double *gradient);
+EXPORT int64_t NAMED(evaluate)(const Space *s, int64_t count, const double *x,
+                               const double *repeats, double *rows, double *margins);
+EXPORT int64_t NAMED(pull)(const Space *s, int64_t count, const double *x, const double *repeats,
+                           const double *bars, const double *weights, double *gradient);
 EXPORT int64_t NAMED(advance)(const Space *s, const Goal *goal, Batch *batch, int64_t begin,
                               int64_t iterations, int64_t settling);
 EXPORT int64_t NAMED(restore)(const Space *s, int64_t count, double *x, const double *lower,
@@ -30,10 +30,10 @@ static lanes *aligned(int64_t count, void **block) {
     return (lanes *)(address - address % sizeof(lanes));
 }
 
-/* Rows (N, targets * 3, p) in units of the noise and margins (N, C) at design points (N, d); either
- * may be 0. Foreign margins are left as they are. */
-EXPORT int64_t NAMED(evaluate)(const Space *s, int64_t count, const double *x, double *rows,
-                               double *margins) {
+/* Rows (N, targets * 3, p) in units of what errs and margins (N, C) at design points (N, d); either
+ * may be 0, and so may be the (N) repeats that share a load case. Foreign margins are left as they are. */
+EXPORT int64_t NAMED(evaluate)(const Space *s, int64_t count, const double *x,
+                               const double *repeats, double *rows, double *margins) {
     void *block;
     lanes *memory = aligned(place_size(s), &block);
     if (!memory) return -1;
@@ -48,6 +48,7 @@ EXPORT int64_t NAMED(evaluate)(const Space *s, int64_t count, const double *x, d
             scatter(margins, p.margins, first, count, c);
         }
         if (!rows) continue;
+        if (repeats) gather(&p.erring.repeats, repeats, first, count, 1);
         place_rows(s, &p);
         for (int i = 0; i < LANES && first + i < count; i++)
             for (int64_t t = 0; t < width; t++)
@@ -63,8 +64,8 @@ EXPORT int64_t NAMED(evaluate)(const Space *s, int64_t count, const double *x, d
 
 /* Gradients (N, d) of a scalar with gradients `bars` in the rows, as they are above, and `weights`
  * (N, C) in the margins; either may be 0. */
-EXPORT int64_t NAMED(pull)(const Space *s, int64_t count, const double *x, const double *bars,
-                           const double *weights, double *gradient) {
+EXPORT int64_t NAMED(pull)(const Space *s, int64_t count, const double *x, const double *repeats,
+                           const double *bars, const double *weights, double *gradient) {
     const int64_t width = targets(s), unknowns = s->unknowns, c = margins_of(s), d = s->variables;
     void *block;
     lanes *memory = aligned(place_size(s) + pull_size(s) + 6 * (s->moving + 2) +
@@ -88,6 +89,7 @@ EXPORT int64_t NAMED(pull)(const Space *s, int64_t count, const double *x, const
             pull_margins(s, &p, weight, on, slope);
         }
         if (bars) {
+            if (repeats) gather(&p.erring.repeats, repeats, first, count, 1);
             place_rows(s, &p);
             for (int i = 0; i < LANES; i++)
                 for (int64_t t = 0; t < width; t++)

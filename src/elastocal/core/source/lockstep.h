@@ -166,6 +166,7 @@ static void place_points(const Run *r, Group *g, const lanes *x) {
         memcpy(place->x, x + k * d, (size_t)d * sizeof(lanes));
         place_bodies(s, place);
         place_margins(s, place);
+        if (plan) place->erring.repeats = g->counts[k];
         place_rows(s, place);
         memcpy(g->tried_margins + k * c, place->margins, (size_t)c * sizeof(lanes));
         for (int64_t t = 0; plan && t < rows; t++)

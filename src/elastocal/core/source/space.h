@@ -105,6 +105,16 @@ typedef struct {
     double rotation; /* standard deviation of a rotation; 0 if none is measured */
 } Noise;
 
+/* What errs in load cases besides what measures: elastic/absorbed.py. */
+typedef struct {
+    int64_t any;
+    double discrepancy, length, gain, tilt, repeatability;
+    double turning;           /* of the unknowns that turn all loads together, in their unit */
+    double together;          /* repeats that share a load case where nobody says how many */
+    const double *compliance; /* (c) */
+    const double *rubbing;    /* (c) what friction leaves of it */
+} Errors;
+
 typedef struct {
     int64_t variables; /* d: joints, then those of force and moment */
     int64_t joints;    /* n that move on their own */
@@ -118,7 +128,7 @@ typedef struct {
     const double *standing;  /* (moving) */
     int64_t twists;          /* T */
     int64_t springs;         /* c */
-    int64_t unknowns;        /* p */
+    int64_t unknowns;        /* p; the last three turn all loads together if errors.turning > 0 */
     const int64_t *making;   /* (c + 1) where the unknowns of each spring begin; 0: one a spring */
     const int64_t *maker;    /* which unknowns make a spring ... */
     const double *made;      /* ... and how much of it one of each makes */
@@ -136,6 +146,7 @@ typedef struct {
     int64_t directions;       /* of the flange that constraints look at */
     const double *pointing;   /* (directions, 3) */
     Noise noise;
+    Errors errors;
     Load force, moment;
     int64_t margins;          /* C, without those of the cones */
     const Margin *margin;     /* (C) */
