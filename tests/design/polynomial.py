@@ -30,7 +30,7 @@ class Regression:
     def feasible(self, x: Array) -> BoolArray:
         return np.asarray((self.evaluate(x).margins >= 0.0).all(axis=1))
 
-    def evaluate(self, x: Array) -> RegressionEvaluation:
+    def evaluate(self, x: Array, repeats: Array | None = None) -> RegressionEvaluation:
         return RegressionEvaluation(*self.rows(x))
 
 

@@ -45,7 +45,7 @@ class TwoRooms:
     def feasible(self, x: Array) -> BoolArray:
         return np.asarray(self.margins(x)[0][:, 0] >= 0.0)
 
-    def evaluate(self, x: Array) -> RoomEvaluation:
+    def evaluate(self, x: Array, repeats: Array | None = None) -> RoomEvaluation:
         return RoomEvaluation(self, x)
 
 

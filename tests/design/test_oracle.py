@@ -42,7 +42,7 @@ class Polygon:
     def feasible(self, x: Array) -> BoolArray:
         return np.asarray((self.evaluate(x).margins >= 0.0).all(axis=1))
 
-    def evaluate(self, x: Array) -> PolygonEvaluation:
+    def evaluate(self, x: Array, repeats: Array | None = None) -> PolygonEvaluation:
         return PolygonEvaluation(self, x)
 
 

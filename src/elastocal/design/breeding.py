@@ -145,7 +145,8 @@ class Breeder:
         """Elite plans with one point replaced, or a repeat moved to another point."""
         parents = self.rng.integers(0, len(elite), batch)
         x, counts = elite.x[parents].copy(), elite.counts[parents].copy()
-        each = information(self.goal.space.evaluate(x.reshape(-1, x.shape[2])).blocks)
+        often = counts.ravel().astype(float)
+        each = information(self.goal.space.evaluate(x.reshape(-1, x.shape[2]), often).blocks)
         each = each.reshape(*x.shape[:2], -1)
         replaced: list[tuple[int, int]] = []
         newcomers: list[IntArray] = []

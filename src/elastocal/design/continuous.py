@@ -148,6 +148,7 @@ def continuous_design(
                 break
             found = np.concatenate([found, bound.x_found])
             s = np.concatenate([s, bound.s_found])
+            gaps.clear()  # those before knew nothing of what was found now
         gap = float(s.max()) / level - 1.0
         gaps.append(gap)
         bound = None

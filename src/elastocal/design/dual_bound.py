@@ -103,6 +103,33 @@ def dual_bound(
         fresh: Number of fresh random starts; more are made if few of them reach the maximum.
     """
     gradient = criterion.gradient(total[None])[0]
+    offset = float(np.sum(gradient * base))
+    return dual_bound_of(
+        space,
+        gradient,
+        offset,
+        known,
+        rng,
+        support=support,
+        narrow=narrow,
+        level=level,
+        fresh=fresh,
+    )
+
+
+def dual_bound_of(
+    space: DesignSpace,
+    gradient: Array,
+    offset: float,
+    known: Array,
+    rng: np.random.Generator,
+    *,
+    support: Array | None = None,
+    narrow: Array | None = None,
+    level: float = np.inf,
+    fresh: int = _FRESH,
+) -> DualBound:
+    """The same from a gradient (p, p) and what it says of the information there is anyway."""
     summits = _Summits(space, gradient)
     batch = fresh
     while True:
@@ -134,7 +161,7 @@ def dual_bound(
         best = int(np.argmax(summits.s[:first]))
     return DualBound(
         gradient=gradient,
-        offset=float(np.sum(gradient * base)),
+        offset=offset,
         largest=float(summits.s[best]),
         x_largest=summits.x[best],
         starts=summits.starts,

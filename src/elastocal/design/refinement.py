@@ -37,7 +37,7 @@ class Goal:
     def totals(self, x: Array, counts: IntArray) -> tuple[Array, BoolArray]:
         """(B, p, p) information of plans (B, s, d) with repeats (B, s), and which are feasible."""
         batch, s, d = x.shape
-        evaluation = self.space.evaluate(x.reshape(-1, d))
+        evaluation = self.space.evaluate(x.reshape(-1, d), counts.ravel().astype(float))
         each = information(evaluation.blocks).reshape(batch, s, self.space.parameters, -1)
         total = self.base + np.einsum("bs,bsij->bij", counts, each)
         feasible = (evaluation.margins >= -1e-8).reshape(batch, -1).all(axis=1)
@@ -137,7 +137,7 @@ class _Worth:
     def __call__(self, x: Array, which: IntArray) -> Trial:
         """At the points (b, s·d) of the plans `which`."""
         space, counts = self.goal.space, self.counts[which]
-        evaluation = space.evaluate(x.reshape(counts.size, -1))
+        evaluation = space.evaluate(x.reshape(counts.size, -1), counts.ravel().astype(float))
         blocks = evaluation.blocks.reshape(len(which), -1, space.parameters)
         rows = evaluation.blocks.shape[1]
         repeats = np.repeat(counts, rows, axis=1)[:, :, None].astype(float)

@@ -67,7 +67,8 @@ def merged(goal: Goal, design: ExactDesign, order: IntArray) -> ExactDesign:
         order: (S,) its points, those to be kept rather than their twins first.
     """
     x, counts = design.x[order], design.counts[order]
-    groups = twins(information(goal.space.evaluate(x).blocks), counts, goal.base)
+    each = information(goal.space.evaluate(x, counts.astype(float)).blocks)
+    groups = twins(each, counts, goal.base)
     if len(groups) == len(x):
         return design
     kept = x[[group[0] for group in groups]]

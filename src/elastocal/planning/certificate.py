@@ -18,17 +18,19 @@ from elastocal.design.continuous import (
     tolerance_of,
 )
 from elastocal.design.criterion import Criterion, InformationFunction
-from elastocal.design.dual_bound import ROUNDING
+from elastocal.design.dual_bound import ROUNDING, dual_bound_of
 from elastocal.design.oracle import climb, sensitivity
 from elastocal.design.power_mean import floored
 from elastocal.design.space import information
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import Doubt
 from elastocal.matrices import confounded, square_root
+from elastocal.planning.aim import Aim, aim_of
 from elastocal.planning.assessment import Assessment
 from elastocal.planning.plain_values import simplify
+from elastocal.planning.shared_bound import largest_sum
 from elastocal.stopping import Stop, Stopped, stoppable
-from elastocal.study.criteria import CRITERIA, RHO0, criterion_of
+from elastocal.study.criteria import CRITERIA, RHO0
 from elastocal.study.study import Study
 
 Progress = Callable[[str, float], None]
@@ -36,6 +38,7 @@ Progress = Callable[[str, float], None]
 
 _FLOOR = 1e-4  # share of the loss that a floor adds
 _ROUNDING = 1e-5  # share of what a criterion asks for that is rounding
+_BEST = 100  # summits of one number of repeats that the search for another begins with
 _OPEN = 0.1  # gap between value and bound that only a singular optimum leaves
 
 
@@ -66,6 +69,7 @@ class Certificate:
         narrow_attained: How many of them reached the same maximum.
         rarest: How many of all these starts found that load case of the support which fewest found.
         stopped: Whether no bound is known because the search was stopped before there was one.
+        promise: Whether it speaks of what plans promise, errors of load cases included.
     """
 
     criterion: str
@@ -84,6 +88,7 @@ class Certificate:
     narrow_attained: int = 0
     rarest: int = 0
     stopped: bool = False
+    promise: bool = False
 
     @property
     def missed(self) -> float:
@@ -101,7 +106,7 @@ class Certificate:
 
     @property
     def rho0_bound(self) -> float | None:
-        """No plan has a smaller ρ0 [m]; None if it does not speak of ρ0."""
+        """No plan has a smaller ρ0, or promise [m]; None if it does not speak of these."""
         return self.position_bound if self.criterion == RHO0.name else None
 
 
@@ -110,28 +115,36 @@ class Bound:
     """What is known of the best plan before any plan is made.
 
     Attributes:
-        criterion: The criterion.
+        aim: What plans are to be good for.
         target: What the search optimises: the criterion, with a floor if its optimum is singular,
             unless it was stopped before that was known.
         design: The continuous design; None for a criterion without certificate, or if stopped.
         stopped: Whether the search for it was stopped before all starts had tried it.
+        uneven: By how much repeats that are dealt out unevenly to few load cases may add to the
+            largest sensitivity, as a factor; 1 where repeats share no error.
     """
 
-    criterion: Criterion
+    aim: Aim
     target: Criterion
     design: ContinuousDesign | None
     stopped: bool = False
+    uneven: float = 1.0
+
+    def upper(self, count: int) -> float:
+        """No plan of `count` experiments has a larger φ."""
+        if self.design is None:
+            return float("inf")
+        dual = self.design.certificate
+        return count * (dual.offset + self.uneven * dual.largest)
 
     def loss(self, count: int) -> float:
-        """No plan of `count` experiments has a smaller loss 1/√φ: ρ0 [m] for test poses."""
-        if self.design is None:
-            return 0.0
-        return float(1.0 / np.sqrt(count * self.design.certificate.upper))
+        """No plan of `count` experiments has a smaller loss: ρ0 [m] for test poses."""
+        return 0.0 if self.design is None else self.aim.loss(self.upper(count))
 
     @property
     def floored(self) -> bool:
         """Whether the search has a floor under the unknowns the criterion ignores."""
-        return self.target is not self.criterion
+        return self.target is not self.aim.criterion
 
 
 def lower_bound(
@@ -153,11 +166,10 @@ def lower_bound(
         progress: Told the gap as it closes.
         stop: Asked now and then whether to end.
     """
-    criterion = criterion_of(study)
+    aim = aim_of(study)
+    criterion, space, base = aim.criterion, aim.space, aim.base / aim.count
     if not isinstance(criterion, InformationFunction):
-        return Bound(criterion, criterion, None)
-    base = study.prior / study.experiments.count
-    space = study.space
+        return Bound(aim, criterion, None)
     gaps: list[float] = []
 
     def tell(what: str, gap: float) -> None:
@@ -171,20 +183,38 @@ def lower_bound(
         with stoppable(stop):
             design = continuous_design(space, criterion, rng, base=base, known=known, progress=tell)
             if design.gap < _OPEN and not design.singular:
-                return Bound(criterion, criterion, design)
-            target = with_floor(study, criterion, space.sample(500, rng))
+                return Bound(aim, criterion, design, uneven=_uneven(aim, design, rng))
+            target = with_floor(aim, criterion, space.sample(500, rng))
             design = continuous_design(
                 space, target, rng, certified=criterion, base=base, known=known, progress=tell
             )
+            return Bound(aim, target, design, uneven=_uneven(aim, design, rng))
     except Stopped:
-        return Bound(criterion, criterion, None, stopped=True)
-    return Bound(criterion, target, design)
+        return Bound(aim, criterion, None, stopped=True)
 
 
-def with_floor(study: Study, criterion: InformationFunction, x: Array) -> InformationFunction:
+def with_floor(aim: Aim, criterion: InformationFunction, x: Array) -> InformationFunction:
     """The criterion with a floor under what it may ignore, by random feasible points x (N, d)."""
-    usual = information(study.space.evaluate(x).blocks).mean(axis=0)
-    return floored(criterion, study.prior / study.experiments.count + usual, _FLOOR)
+    usual = information(aim.space.evaluate(x).blocks).mean(axis=0)
+    return floored(criterion, aim.base / aim.count + usual, _FLOOR)
+
+
+def _uneven(aim: Aim, design: ContinuousDesign, rng: np.random.Generator) -> float:
+    """Factor to the largest sensitivity of a design, so that it bounds all plans of few load cases.
+
+    The design is of load cases that are all measured as often.
+    """
+    if aim.count == aim.distinct or not aim.shares:
+        return 1.0
+    dual = design.certificate
+
+    def most(repeats: int) -> float:
+        space = aim.space.measured_together(float(repeats))
+        best = np.argsort(-dual.s_found)[:_BEST]
+        bound = dual_bound_of(space, dual.gradient, dual.offset, dual.x_found[best], rng)
+        return repeats * bound.largest
+
+    return max(largest_sum(most, aim.count, aim.distinct) / (aim.count * dual.largest), 1.0)
 
 
 def confirmed(
@@ -202,14 +232,14 @@ def confirmed(
     that goes on, or if a point is more sensitive by less than the search can tell, the bound is
     raised to it: no plan of these points is beyond the bound. Stopped on the way there is none.
     """
-    design = bound.design
+    design, space = bound.design, bound.aim.space
     if design is None:
         return bound
     dual = design.certificate
-    found, s, _ = climb(study.space, x, dual.gradient, ((150, len(x)),))
+    found, s, _ = climb(space, x, dual.gradient, ((150, len(x)),))
     found = np.concatenate([found, x])
-    s = np.append(s, sensitivity(study.space, x, square_root(dual.gradient)))
-    if s.max() > dual.largest * (1.0 + tolerance_of(study.space.parameters)) and attempts:
+    s = np.append(s, sensitivity(space, x, square_root(dual.gradient)))
+    if s.max() > dual.largest * (1.0 + tolerance_of(space.parameters)) and attempts:
         bound = lower_bound(study, rng, known=found[s > 0.0], stop=stop)
         return confirmed(study, bound, x, rng, attempts=attempts - 1, stop=stop)
     if s.max() <= dual.largest * (1.0 + ROUNDING):
@@ -221,10 +251,12 @@ def confirmed(
 
 def certificate(study: Study, bound: Bound, worth: Assessment, count: int) -> Certificate:
     """What `bound` says of a plan of `count` experiments that is worth `worth`."""
+    aim = bound.aim
     if bound.design is None:
-        return Certificate(study.criterion, "none", stopped=bound.stopped)
-    design, dual, space = bound.design, bound.design.certificate, study.space
-    value = float(bound.criterion.value(worth.information[None])[0])
+        return Certificate(study.criterion, "none", stopped=bound.stopped, promise=aim.promise)
+    design, dual, space = bound.design, bound.design.certificate, aim.space
+    value = worth_by(aim, worth)
+    upper = max(bound.upper(count), value)  # but for rounding it is above anyway
     level = float(np.einsum("i,ijk,jk->", design.weights, design.informations, dual.gradient))
     points, weights = taken_together(design.informations, design.weights)
     support = simplify(space, space.load_cases(design.x[points])).cases
@@ -232,8 +264,8 @@ def certificate(study: Study, bound: Bound, worth: Assessment, count: int) -> Ce
     return Certificate(
         criterion=study.criterion,
         kind="numerical",
-        lower_bound=bound.loss(count),
-        efficiency=min(value / (count * dual.upper), 1.0),  # but for rounding it is so anyway
+        lower_bound=aim.loss(upper),
+        efficiency=value / upper,
         fresh_starts=dual.starts,
         attained=dual.attained,
         narrow_starts=dual.narrow_starts,
@@ -245,7 +277,15 @@ def certificate(study: Study, bound: Bound, worth: Assessment, count: int) -> Ce
         peak_ratio=dual.largest / level,
         floored=bound.floored,
         left_out=left_out(study, design) if bound.floored else (),
+        promise=aim.promise,
     )
+
+
+def worth_by(aim: Aim, worth: Assessment) -> float:
+    """φ of a plan, by what plans are to be good for."""
+    if aim.promise and worth.promise is not None:
+        return aim.value(worth.promise.rho0)
+    return float(aim.criterion.value(worth.information[None])[0])
 
 
 def left_out(study: Study, design: ContinuousDesign) -> tuple[Doubt, ...]:

@@ -18,6 +18,7 @@ from elastocal.design.twins import twins
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import Code, Doubt
 from elastocal.motion.margins import Vias, motion_violations
+from elastocal.planning.aim import aim_of
 from elastocal.planning.assessment import (
     Assessment,
     assess,
@@ -25,7 +26,14 @@ from elastocal.planning.assessment import (
     search_stopped,
 )
 from elastocal.planning.blind import BlindErrors, blind_errors
-from elastocal.planning.certificate import KINDS, Bound, Certificate, certificate, confirmed
+from elastocal.planning.certificate import (
+    KINDS,
+    Bound,
+    Certificate,
+    certificate,
+    confirmed,
+    worth_by,
+)
 from elastocal.planning.visibility import Visibility, visibility
 from elastocal.study.criteria import CRITERIA
 from elastocal.study.identifiability import unidentifiable
@@ -100,7 +108,7 @@ def evaluate(
     """
     study = with_count(study, int(repeats.sum()))
     worth = assess(study, cases, repeats)
-    x = study.space.points(cases)
+    x = bound.aim.space.points(cases)
     bound = confirmed(study, bound, x, np.random.default_rng(0))
     proof = certificate(study, bound, worth, study.experiments.count)
     open_ends = unidentifiable(study.fitted.names, worth.information)
@@ -198,7 +206,8 @@ def false_claims(
     if certified != study.criterion:
         yield Doubt("claims-other-criterion", (certified, study.criterion))
     if proof is None:  # what is claimed of the best plan must not be refuted by this one
-        own = worth.criteria[study.criterion]
+        aim = aim_of(study)
+        own = aim.loss(worth_by(aim, worth)) if aim.promise else worth.criteria[study.criterion]
         promised = claims.get("lower_bound", 0.0)
         if CRITERIA[study.criterion].is_position_error and promised > own * (1.0 + _AGREE):
             yield _claim("claims-bound", promised, own)
@@ -219,12 +228,12 @@ def _false_bounds(
             yield Doubt("claims-no-bound", (study.criterion,), numbers={"claimed": efficiency})
         return
     m = study.experiments.count
-    reached = float(bound.criterion.value(bound.design.total[None])[0])
-    least = max(float(1.0 / np.sqrt(m * reached)), proof.lower_bound)
+    reached = float(bound.aim.criterion.value(bound.design.total[None])[0])
+    least = max(bound.aim.loss(m * reached), proof.lower_bound)
     beyond = least * (1.0 + tolerance_of(len(study.fitted)))
     if proof.position_bound is not None and promised > beyond:
         yield _claim("claims-bound", promised, proof.position_bound)
-    most = min(float(bound.criterion.value(worth.information[None])[0]) / (m * reached), 1.0)
+    most = min(worth_by(bound.aim, worth) / (m * reached), 1.0)
     if efficiency > max(most, proof.efficiency) * (1.0 + 2.0 * _AGREE):
         yield _claim("claims-efficiency", efficiency, proof.efficiency)
 

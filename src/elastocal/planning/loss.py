@@ -1,6 +1,7 @@
 """Loss: what is left of a plan if one of its configurations is lost.
 
-A beam that breaks unseen, a wrong nest or a bump spoils all that is measured in one configuration.
+A beam that breaks unseen, a wrong nest or a bump spoils all that is measured in one configuration,
+and in those near it.
 
 In: a study, load cases with repeats and their information. Out: the configuration that is missed
 most, and ρ0 without it.
@@ -13,12 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.arrays import Array, IntArray
-from elastocal.elastic.load_cases import LoadCases, ranks_of_rows
+from elastocal.elastic.load_cases import LoadCases
 from elastocal.matrices import rank_of
+from elastocal.planning.near import near_configurations
 from elastocal.study.criteria import RHO0
 from elastocal.study.study import Study
-
-_SAME = 3  # digits of joint values [rad, m] that tell configurations apart
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class AfterLoss:
 def loss_of(
     study: Study, cases: LoadCases, repeats: IntArray, each: Array, total: Array
 ) -> AfterLoss:
-    """The configuration that is missed most; load cases of the same joint values are one.
+    """The configuration that is missed most; load cases of near joint values are one.
 
     Args:
         study: The study.
@@ -48,7 +48,7 @@ def loss_of(
 
     Source: ours.
     """
-    group = ranks_of_rows(np.round(cases.q, _SAME))
+    group = near_configurations(study.robot, cases.q)
     worst = AfterLoss(1, 0.0)
     for g in range(int(group.max(initial=-1)) + 1):
         own = group == g

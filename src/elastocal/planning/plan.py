@@ -26,6 +26,7 @@ from elastocal.motion.schedule import Schedule, schedule
 from elastocal.motion.tour import best_order
 from elastocal.motion.via_points import UnreachableError, detours, refuse_home
 from elastocal.motion.within_reach import out_of_reach, reachable_limits
+from elastocal.planning.aim import Aim, aim_of
 from elastocal.planning.assessment import Assessment, assess, broken, hardly_known, search_stopped
 from elastocal.planning.blind import BlindErrors, blind_errors
 from elastocal.planning.bracket import bracket
@@ -38,17 +39,15 @@ from elastocal.planning.certificate import (
     lower_bound,
     with_floor,
 )
-from elastocal.planning.for_promise import for_promise, is_for_promise
 from elastocal.planning.lost import AGAIN, away_from, others_lost, turned_into
 from elastocal.planning.mends import Mend, mends
 from elastocal.planning.needed import half_known, hardly_needed
 from elastocal.planning.one_side import azimuth_range
 from elastocal.planning.plain_values import Plain, simplify
+from elastocal.planning.spread import spread
 from elastocal.planning.visibility import Visibility, visibility
 from elastocal.robot.posture import Posture
 from elastocal.stopping import Stop
-from elastocal.study.criteria import criterion_of
-from elastocal.study.experiment_space import LoadCaseSpace
 from elastocal.study.identifiability import check_count, check_identifiable
 from elastocal.study.left_rigid import left_rigid
 from elastocal.study.study import Study
@@ -186,19 +185,21 @@ def plan(
     check_count(study.space, study.prior, m, distinct, rng)
     tell = progress or (lambda what, share: None)
     # Joint ranges that are out of reach are left out from the start.
-    space = replace(study.space, limits=reachable_limits(study.motion_space))
-    distinct = min(distinct, _enough(len(study.fitted)))
-    first = None if bound else _first(study, space, distinct, seed, tell)
+    aim = aim_of(study)
+    limits = reachable_limits(study.motion_space)
+    aim = replace(aim, space=replace(aim.space, limits=limits))
+    distinct = min(distinct, _enough(aim))
+    first = None if bound else _first(aim, distinct, seed, tell)
     bound = bound or lower_bound(
         study,
         rng,
-        progress=partial(_told_beside, tell, study, first),
+        progress=partial(_told_beside, tell, study, aim, first),
         stop=None if first is None else stop,
     )
     if first is not None and bound.stopped:
         bound = replace(bound, target=first.criterion)
     search = partial(exact_design, count=m, distinct=distinct, rng=rng, effort=effort, stop=stop)
-    found = _searched(study, space, bound, first, search, seed, tell, stop)
+    found = _searched(study, aim, bound, first, search, seed, tell)
     bound = confirmed(study, bound, found.x, rng, stop=stop)
     cases, repeats = found.cases, found.repeats
     tell("exact plan", 1.0)
@@ -243,18 +244,16 @@ class _First(NamedTuple):
     plans: Plans  # the best first
 
 
-def _first(
-    study: Study, space: LoadCaseSpace, distinct: int, seed: int, tell: Progress
-) -> _First | None:
+def _first(aim: Aim, distinct: int, seed: int, tell: Progress) -> _First | None:
     """Plans to have at once, by random numbers of their own; None if there are none so soon."""
     tell("first plans", 0.0)
-    rng, criterion = np.random.default_rng([seed, 2]), criterion_of(study)
+    rng, criterion = np.random.default_rng([seed, 2]), aim.criterion
     try:
-        x = space.sample(_FIRST, rng)
+        x = aim.space.sample(_FIRST, rng)
         if isinstance(criterion, InformationFunction):
-            criterion = with_floor(study, criterion, x)
-        goal = Goal(space, criterion, study.prior)
-        plans = first_plans(goal, study.experiments.count, distinct, x, rng)
+            criterion = with_floor(aim, criterion, x)
+        goal = Goal(aim.space, criterion, aim.base)
+        plans = first_plans(goal, aim.count, distinct, x, rng)
     except InfeasibleError:  # who searches for longer says what is in the way
         return None
     return None if plans is None else _First(criterion, plans)
@@ -265,40 +264,39 @@ _FIRST = 300  # random load cases that the first plans are made of
 
 def _searched(
     study: Study,
-    space: LoadCaseSpace,
+    aim: Aim,
     bound: Bound,
     first: _First | None,
     search: Callable[..., ExactDesign],
     seed: int,
     tell: Progress,
-    stop: Stop | None,
 ) -> _Outcome:
     """The best plan found whose configurations can all be reached from home.
 
     Configurations to which no way leads are ruled out with what is near them, every time in a wider
     circle.
     """
-    motions = study.motion_space
+    motions, space = study.motion_space, aim.space
     continuous = turned_into(space.limits, bound.design, study.robot) if bound.design else None
     generations = 0 if first is None else 1
     avoid: tuple[Constraint, ...] = ()
     blocked: UnreachableError | None = None
     for again in range(AGAIN + 1):
         reachable = replace(space, constraints=(*space.constraints, *avoid))
-        goal = Goal(reachable, bound.target, study.prior)
+        goal = Goal(reachable, bound.target, aim.base)
         try:
             found = search(
                 goal,
                 continuous=continuous,
                 known=None if first is None else first.plans,
-                progress=partial(_told, tell, study, bound, again),
+                progress=partial(_told, tell, study, aim, bound, again),
             )
         except InfeasibleError as error:
             _refuse(blocked or error, () if blocked else out_of_reach(motions))
         design, generations = found, generations + found.generations
-        if is_for_promise(study) and not found.stopped:
-            tell("errors of load cases", 1.0)
-            design = for_promise(study, reachable, goal, found, seed, stop)
+        if aim.shares and not found.stopped:
+            tell("load cases near to each other", 1.0)
+            design = spread(aim, reachable, goal, found, np.random.default_rng([seed, 3]))
         plain = simplify(space, space.load_cases(design.x))
         single = merged(goal, design, _roomiest(study, plain.cases))
         if single is not design:
@@ -332,18 +330,18 @@ def _refuse(error: InfeasibleError, left_out: tuple[Doubt, ...]) -> NoReturn:
 
 
 def _told_beside(
-    tell: Progress, study: Study, first: _First | None, what: str, share: float
+    tell: Progress, study: Study, aim: Aim, first: _First | None, what: str, share: float
 ) -> None:
     """What goes on beside the best of the first plans."""
-    so_far = "" if first is None else bracket(study, float(first.plans.value[0]), None)
+    so_far = "" if first is None else bracket(study, aim, float(first.plans.value[0]), None)
     tell(f"{so_far}; {what}" if so_far else what, share)
 
 
 def _told(
-    tell: Progress, study: Study, bound: Bound, again: int, share: float, value: float
+    tell: Progress, study: Study, aim: Aim, bound: Bound, again: int, share: float, value: float
 ) -> None:
     """How good the best plan of the search is, which has φ of `value`."""
-    what = bracket(study, value, bound) or "exact plan"
+    what = bracket(study, aim, value, bound) or "exact plan"
     if again:
         what += f", search {again + 1} of at most {AGAIN + 1} for want of ways"
     tell(what, 0.4 + 0.6 * share)
@@ -356,6 +354,12 @@ def _roomiest(study: Study, cases: LoadCases) -> IntArray:
     return np.lexsort([np.arange(len(cases)), *-np.round(room[::-1], 6)])
 
 
-def _enough(parameters: int) -> int:
-    """Distinct load cases to search with: more would cost time and gain next to nothing."""
-    return max(6, parameters + 1)
+def _enough(aim: Aim) -> int:
+    """Distinct load cases to search with: more would cost time and gain next to nothing.
+
+    Where repeats share errors they do gain: as long as there is time.
+    """
+    return max(_MANY if aim.shares else 6, aim.space.parameters + 1)
+
+
+_MANY = 30

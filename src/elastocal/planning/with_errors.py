@@ -25,6 +25,7 @@ from elastocal.elastic.nuisance import Nuisance, usual_compliances
 from elastocal.elastic.regressor import regressor
 from elastocal.elastic.springs import VirtualJoints, joint_springs, merged
 from elastocal.elastic.unknowns import Unknowns, joined, left_alone
+from elastocal.planning.near import together
 from elastocal.robot.posture import Posture
 from elastocal.study.experiment_space import LoadCaseSpace
 from elastocal.study.left_rigid import counted
@@ -91,15 +92,18 @@ class WithErrors:
     def informations(self, cases: LoadCases, repeats: IntArray) -> Array:
         """(S, f + e, f + e) of S load cases, each measured `repeats` times, (S,).
 
-        Source: ours; Aᵀ (V / n + S_shared + S_own / n)⁻¹ A, common errors as further unknowns.
+        Of near load cases each reading counts as one of all theirs that share an error.
+
+        Source: ours; n Aᵀ (V + N S_shared + S_own)⁻¹ A with N readings that share, common errors as
+        further unknowns.
         """
         study, errors = self.study, self.nuisance.errors
         arm, count = study.fitted_arm, repeats.astype(float)[:, None, None]
         bending, usual = replace(arm, springs=self.bending), self.usual
         rows = study.fitted.columns(regressor(arm, cases))
-        noise = noise_of(study, cases) / count
-        noise += shared_covariance(errors, bending, usual, cases)
-        noise += own_covariance(errors, bending, usual, cases) / count
+        sharing = together(study.robot, cases, repeats)[:, None, None]
+        noise = noise_of(study, cases) + own_covariance(errors, bending, usual, cases)
+        noise = (noise + sharing * shared_covariance(errors, bending, usual, cases)) / count
         _, common = common_columns(errors, bending, usual, cases)
         rows = np.concatenate([rows, common / _UNIT], axis=2)
         white = np.linalg.solve(np.linalg.cholesky(noise), rows)

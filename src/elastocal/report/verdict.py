@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.arrays import Array
+from elastocal.planning.aim import is_for_promise
 from elastocal.planning.certificate import Certificate
-from elastocal.planning.for_promise import is_for_promise
 from elastocal.planning.plan import Plan
 from elastocal.study.left_rigid import counted as counted_in
 from elastocal.study.study import Study

@@ -13,10 +13,10 @@ from rich.text import Text
 from elastocal.arrays import Array
 from elastocal.constraints.watch import watch_of
 from elastocal.motion.schedule import Schedule
+from elastocal.planning.aim import is_for_promise
 from elastocal.planning.along_paths import Shares
 from elastocal.planning.certificate import Certificate
 from elastocal.planning.evaluation import Evaluation
-from elastocal.planning.for_promise import is_for_promise
 from elastocal.planning.plan import Plan
 from elastocal.planning.visibility import Visibility
 from elastocal.robot.chain import Robot

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from elastocal.files.plans.load_case_entries import finite_at
-from elastocal.planning.for_promise import is_for_promise
+from elastocal.planning.aim import is_for_promise
 from elastocal.planning.promise import Promise
 from elastocal.study.study import Study
 

@@ -1,0 +1,111 @@
+"""Aim: what a search for plans is after.
+
+In: a `Study`. Out: where load cases may be, with the rows that count, what plans are worth by
+these, and what is known before. With errors of load cases it is the promise, else the criterion.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastocal.arrays import Array, IntArray
+from elastocal.design.criterion import Criterion
+from elastocal.design.refinement import Goal
+from elastocal.design.space import information
+from elastocal.design.test_pose import TestPosePrecision
+from elastocal.elastic.load_cases import LoadCases
+from elastocal.planning.near import together
+from elastocal.planning.with_errors import WithErrors
+from elastocal.study.criteria import RHO0, criterion_of
+from elastocal.study.experiment_space import LoadCaseSpace
+from elastocal.study.study import Study
+
+
+@dataclass(frozen=True)
+class Aim:
+    """What plans are worth, and where their load cases may be.
+
+    Attributes:
+        space: Load cases of p unknowns, for as many readings of each as plans of the most load
+            cases have on average.
+        criterion: What is to be large.
+        base: (p, p) information there is anyway.
+        count: Number of experiments m.
+        distinct: Most load cases.
+        beyond: Mean square at the test poses that no plan makes smaller [m²].
+        promise: Whether it is what a plan promises, errors of load cases included.
+    """
+
+    space: LoadCaseSpace
+    criterion: Criterion
+    base: Array
+    count: int
+    distinct: int
+    beyond: float = 0.0
+    promise: bool = False
+
+    def goal(self, space: LoadCaseSpace | None = None) -> Goal:
+        """For the search, in a part of the space."""
+        return Goal(self.space if space is None else space, self.criterion, self.base)
+
+    def total(self, cases: LoadCases, repeats: IntArray) -> Array:
+        """(p, p) information of load cases, each measured `repeats` times, and what is known.
+
+        Near ones share errors as repeats do.
+        """
+        sharing = together(self.space.arm.robot, cases, repeats)
+        blocks = self.space.evaluate(self.space.points(cases), sharing).blocks
+        return np.asarray(
+            self.base + np.einsum("i,ijk->jk", repeats.astype(float), information(blocks))
+        )
+
+    @property
+    def shares(self) -> bool:
+        """Whether repeats of a load case share an error."""
+        return self.space.errors is not None and self.space.errors.sizes.any_shared
+
+    def value(self, loss: float) -> float:
+        """φ of a loss; the other way round than `loss`."""
+        return float(1.0 / max(loss**2 - self.beyond, 1e-300))
+
+    def loss(self, value: float) -> float:
+        """What φ of `value` says in the unit of the criterion: of a promise ρ0 [m]."""
+        with np.errstate(divide="ignore"):
+            return float(np.sqrt(1.0 / np.float64(value) + self.beyond))
+
+
+def aim_of(study: Study) -> Aim:
+    """What plans of a study are to be good for."""
+    count = study.experiments.count
+    distinct = min(count, study.experiments.max_configurations or count)
+    if not is_for_promise(study):
+        return Aim(study.space, criterion_of(study), study.prior, count, distinct)
+    assert study.nuisance is not None
+    told = WithErrors(study, study.nuisance)
+    weight = sum(
+        share / len(pose.regressors) * np.einsum("nri,nrj->ij", blocks, blocks)
+        for share, pose in zip(study.shares, study.test_poses, strict=True)
+        if share > 0.0
+        for blocks in [told.blocks(pose)]
+    )
+    beyond = sum(
+        share * told.other_cell(pose)
+        for share, pose in zip(study.shares, study.test_poses, strict=True)
+    )
+    return Aim(
+        space=told.space.measured_together(count / distinct),
+        criterion=TestPosePrecision(np.asarray(weight)),
+        base=told.base,
+        count=count,
+        distinct=distinct,
+        beyond=float(beyond),
+        promise=True,
+    )
+
+
+def is_for_promise(study: Study) -> bool:
+    """Whether plans are made for their promise: load cases have errors, and ρ0 is asked for."""
+    known = study.nuisance is not None and study.nuisance.errors.any
+    return known and study.criterion == RHO0.name
