@@ -99,7 +99,7 @@ class PlanarForceSpace:
     def sample(self, count: int, rng: np.random.Generator) -> Array:
         return rng.uniform(self.lower, self.upper, (count, 3))
 
-    def evaluate(self, x: Array) -> PlanarForceEvaluation:
+    def evaluate(self, x: Array, repeats: Array | None = None) -> PlanarForceEvaluation:
         return PlanarForceEvaluation(x)
 
 

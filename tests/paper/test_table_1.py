@@ -91,7 +91,7 @@ class FiniteSpace:
     def sample(self, count: int, rng: np.random.Generator) -> Array:
         return rng.integers(0, CANDIDATES, (count, 1)) + 0.5
 
-    def evaluate(self, x: Array) -> FiniteEvaluation:
+    def evaluate(self, x: Array, repeats: Array | None = None) -> FiniteEvaluation:
         return FiniteEvaluation(self.blocks[x[:, 0].astype(int)])
 
 

@@ -44,9 +44,9 @@ def test_a_singular_optimum_gets_a_floor() -> None:
         study, np.random.default_rng(0), progress=lambda what, share: shares.append(share)
     )
     assert found.floored
-    assert found.target is not found.criterion
+    assert found.target is not found.aim.criterion
     assert found.design is not None
-    reached = 1.0 / np.sqrt(5.0 * found.criterion.value(found.design.total[None])[0])
+    reached = 1.0 / np.sqrt(5.0 * found.aim.criterion.value(found.design.total[None])[0])
     assert 0.995 * reached < found.loss(5) < reached
     assert found.loss(5) < random_plans(study, 2000).min()
     assert min(shares) >= 0.0
@@ -190,7 +190,7 @@ def test_a_stretched_arm_is_told_what_it_leaves_out() -> None:
     assert found.left_out[1].about == ("J2", "J3")
     said = certificate_sentence(found, 3)
     assert "J2 and J3 are determined only together: 0.98 J2 + 0.21 J3." in said
-    assert not certificate(study, replace(bound, target=bound.criterion), worth, 3).left_out
+    assert not certificate(study, replace(bound, target=bound.aim.criterion), worth, 3).left_out
 
 
 STRETCHED = """\

@@ -13,6 +13,7 @@ import elastocal as ec
 from elastocal.design.exact import Effort
 from elastocal.files.plans.plan_file import plan_document, read_plan, write_plan
 from elastocal.files.plans.proposal_file import read_proposal
+from elastocal.planning.aim import aim_of
 from elastocal.planning.bracket import bracket
 from elastocal.planning.certificate import lower_bound
 from elastocal.planning.evaluation import evaluate
@@ -133,9 +134,9 @@ def test_what_the_criterion_ignores_stays_identified_at_once() -> None:
 def test_words_of_the_bracket(study: Study) -> None:
     bound = lower_bound(study, np.random.default_rng(0))
     assert bound.design is not None
-    upper = 12 * bound.design.certificate.upper
-    assert bracket(study, 0.0, bound) == ""
-    assert bracket(study, 0.81 * upper, None) == "ρ0 3.094 µm so far"
-    shown = bracket(study, 0.81 * upper, bound)
+    upper, aim = bound.upper(12), aim_of(study)
+    assert bracket(study, aim, 0.0, bound) == ""
+    assert bracket(study, aim, 0.81 * upper, None) == "ρ0 3.094 µm so far"
+    shown = bracket(study, aim, 0.81 * upper, bound)
     assert shown == "ρ0 3.094 µm, at least 2.784 µm: 10 % to gain at most"
-    assert bracket(study, upper, bound).endswith(": 0 % to gain at most")
+    assert bracket(study, aim, upper, bound).endswith(": 0 % to gain at most")

@@ -14,7 +14,7 @@ from elastocal.elastic.case_errors import CaseErrors
 from elastocal.planning.with_errors import WithErrors
 from elastocal.study.experiment_space import LoadCaseEvaluation, LoadCaseSpace
 from tests.core.spaces import random_errors, random_space
-from tests.planning.test_for_promise import told
+from tests.planning.test_aim import COMMON, told
 from tests.planning.test_promise import ALL, PLAN, REPEATS
 
 shapes = st.tuples(
@@ -50,9 +50,6 @@ def test_gradients_of_what_information_is_worth(shape: tuple[int, list[bool], in
         move = step * np.eye(len(space.lower))[i]
         slope = (worth(x + move) - worth(x - move)) / (2.0 * step)
         np.testing.assert_allclose(gradient[:, i], slope, rtol=0, atol=3e-6 * size)
-
-
-COMMON = replace(ALL, discrepancy_length=2e-5, common_gain=0.003, common_tilt=0.01)
 
 
 @pytest.mark.parametrize("errors", [ALL, COMMON, CaseErrors(friction=0.1), CaseErrors(gain=0.02)])

@@ -18,7 +18,7 @@ from elastocal.design.test_pose import TestPosePrecision
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.planning.near import together
 from elastocal.planning.with_errors import WithErrors
-from elastocal.study.criteria import RHO0, criterion_of
+from elastocal.study.criteria import RHO0, criterion_of, mean_test_pose
 from elastocal.study.experiment_space import LoadCaseSpace
 from elastocal.study.study import Study
 
@@ -55,11 +55,13 @@ class Aim:
 
         Near ones share errors as repeats do.
         """
+        return np.asarray(self.base + self.informations(cases, repeats).sum(axis=0))
+
+    def informations(self, cases: LoadCases, repeats: IntArray) -> Array:
+        """(S, p, p) what each of them adds to it."""
         sharing = together(self.space.arm.robot, cases, repeats)
         blocks = self.space.evaluate(self.space.points(cases), sharing).blocks
-        return np.asarray(
-            self.base + np.einsum("i,ijk->jk", repeats.astype(float), information(blocks))
-        )
+        return np.asarray(repeats.astype(float)[:, None, None] * information(blocks))
 
     @property
     def shares(self) -> bool:
@@ -78,11 +80,16 @@ class Aim:
 
 def aim_of(study: Study) -> Aim:
     """What plans of a study are to be good for."""
-    count = study.experiments.count
-    distinct = min(count, study.experiments.max_configurations or count)
-    if not is_for_promise(study):
-        return Aim(study.space, criterion_of(study), study.prior, count, distinct)
-    assert study.nuisance is not None
+    if study.criterion == RHO0.name:
+        return accuracy(study)
+    return Aim(study.space, criterion_of(study), study.prior, *_counts(study))
+
+
+def accuracy(study: Study) -> Aim:
+    """ρ0, or with errors of load cases the promise, whatever a study plans for."""
+    count, distinct = _counts(study)
+    if study.nuisance is None or not study.nuisance.errors.any:
+        return Aim(study.space, mean_test_pose(study), study.prior, count, distinct)
     told = WithErrors(study, study.nuisance)
     weight = sum(
         share / len(pose.regressors) * np.einsum("nri,nrj->ij", blocks, blocks)
@@ -103,6 +110,12 @@ def aim_of(study: Study) -> Aim:
         beyond=float(beyond),
         promise=True,
     )
+
+
+def _counts(study: Study) -> tuple[int, int]:
+    """Experiments, and the most load cases."""
+    count = study.experiments.count
+    return count, min(count, study.experiments.max_configurations or count)
 
 
 def is_for_promise(study: Study) -> bool:

@@ -90,6 +90,11 @@ class Assessment:
     loss: AfterLoss | None = None
 
     @property
+    def promised(self) -> float:
+        """What is left by all that counts [m]: the promise, ρ0 if the study knows no nuisance."""
+        return self.rho0 if self.promise is None else self.promise.rho0
+
+    @property
     def identifiable(self) -> bool:
         """Whether the load cases tell all compliances apart."""
         return bool(np.isfinite(self.standard_error).all())
@@ -129,7 +134,7 @@ def assess(study: Study, cases: LoadCases, repeats: IntArray) -> Assessment:
         nearest=nearest,
         violations=violations,
         promise=promise(study, cases, repeats, total),
-        loss=loss_of(study, cases, repeats, informations, total) if regular else None,
+        loss=loss_of(study, cases, repeats) if regular else None,
     )
 
 

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastocal.arrays import Array, IntArray
+from elastocal.arrays import IntArray
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.matrices import rank_of
+from elastocal.planning.aim import accuracy
 from elastocal.planning.near import near_configurations
-from elastocal.study.criteria import RHO0
 from elastocal.study.study import Study
 
 
@@ -27,34 +27,31 @@ class AfterLoss:
 
     Attributes:
         load_case: Number of its first load case, from 1.
-        rho0: ρ0 without it [m]; infinite where compliances are not told apart any more.
+        rho0: ρ0 without it, or what is promised then [m]; infinite where compliances are not told
+            apart any more.
     """
 
     load_case: int
     rho0: float
 
 
-def loss_of(
-    study: Study, cases: LoadCases, repeats: IntArray, each: Array, total: Array
-) -> AfterLoss:
-    """The configuration that is missed most; load cases of near joint values are one.
+def loss_of(study: Study, cases: LoadCases, repeats: IntArray) -> AfterLoss:
+    """The configuration that is missed most of S load cases, each measured (S,) `repeats` times.
 
-    Args:
-        study: The study.
-        cases: S load cases.
-        repeats: (S,) repeats.
-        each: (S, f, f) information of each, measured once.
-        total: (f, f) information of all, prior included.
+    Load cases of near joint values are one.
 
     Source: ours.
     """
+    aim = accuracy(study)
+    each = aim.informations(cases, repeats)
+    total = aim.base + each.sum(axis=0)
     group = near_configurations(study.robot, cases.q)
     worst = AfterLoss(1, 0.0)
     for g in range(int(group.max(initial=-1)) + 1):
         own = group == g
-        left = total - np.einsum("i,ijk->jk", repeats[own].astype(float), each[own])
+        left = total - each[own].sum(axis=0)
         known = rank_of(left, scale=total) == len(left)
-        rho0 = float(RHO0.loss(study, left)) if known else float("inf")
+        rho0 = aim.loss(float(aim.criterion.value(left[None])[0])) if known else float("inf")
         if rho0 > worst.rho0:
             worst = AfterLoss(int(np.flatnonzero(own)[0]) + 1, rho0)
     return worst

@@ -13,7 +13,7 @@ from elastocal.arrays import Array, frozen
 from elastocal.design.criterion import InformationFunction
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.matrices import rank_of
-from elastocal.study.criteria import criterion_of
+from elastocal.planning.aim import aim_of
 from elastocal.study.study import Study
 
 
@@ -41,15 +41,16 @@ def sensitivity(
         weights: (S,) their weights, which sum to 1.
         peak: Load cases where the sensitivity is as large as anywhere.
     """
-    criterion = criterion_of(study)
+    aim = aim_of(study)
+    criterion = aim.criterion
     if not isinstance(criterion, InformationFunction):
         return None
-    each = study.space.information(support)
-    total = study.prior / study.experiments.count + np.einsum("i,ijk->jk", weights, each)
+    each = aim.space.information(support)
+    total = aim.base / aim.count + np.einsum("i,ijk->jk", weights, each)
     if rank_of(total) < len(total):
         return None
     gradient = criterion.gradient(total[None])[0]
-    known = np.concatenate([each, study.space.information(peak)])
+    known = np.concatenate([each, aim.space.information(peak)])
     largest = float(np.einsum("ijk,jk->i", known, gradient).max())
     if not (np.isfinite(gradient).all() and largest > 0.0):
         return None
@@ -62,5 +63,6 @@ def worth(study: Study, known: Sensitivity, cases: LoadCases) -> Array:
     Source: equivalence theorem, docs/math.md; an experiment x raises the criterion at the rate
     tr(G M_x).
     """
-    values = np.einsum("ijk,jk->i", study.space.information(cases), known.gradient)
+    each = aim_of(study).space.information(cases)
+    values = np.einsum("ijk,jk->i", each, known.gradient)
     return np.asarray(values / known.largest)

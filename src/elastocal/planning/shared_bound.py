@@ -15,6 +15,8 @@ import numpy as np
 
 from elastocal.arrays import Array
 
+_KNOWN = 1.0 + 1e-12  # of equal splits the one that is known
+
 
 def largest_sum(most: Callable[[int], float], count: int, distinct: int) -> float:
     """Largest Σ h(n_i) over plans of `count` readings at no more than `distinct` load cases.
@@ -41,6 +43,8 @@ def _limit(known: dict[int, float], n: int) -> float:
     """What h(n) cannot be above, by the values that are known."""
     if n == 0:
         return 0.0
+    if n in known:
+        return known[n] * _KNOWN
     return min(value * max(n / k, 1.0) for k, value in known.items())
 
 

@@ -16,9 +16,9 @@ from elastocal.arrays import Array, IntArray, frozen
 from elastocal.design.exact import Effort
 from elastocal.design.space import information
 from elastocal.errors import IdentifiabilityError
+from elastocal.planning.aim import accuracy
 from elastocal.planning.certificate import Bound, Progress, lower_bound
 from elastocal.planning.plan import Plan, plan
-from elastocal.study.criteria import mean_test_pose
 from elastocal.study.study import Study, with_count
 
 LIGHT = Effort(batch=48, generations=6, patience=2, islands=1)
@@ -98,7 +98,7 @@ def trade_off(
         if not found.assessment.identifiable:
             continue
         lowest = found.certificate.rho0_bound
-        kept.append((m, found.assessment.rho0, np.nan if lowest is None else lowest))
+        kept.append((m, found.assessment.promised, np.nan if lowest is None else lowest))
         many.append(found)
     few: list[tuple[int, float]] = []
     for i, s in enumerate(limits):
@@ -108,7 +108,7 @@ def trade_off(
         except IdentifiabilityError:
             continue
         if found.assessment.identifiable:
-            few.append((s, found.assessment.rho0))
+            few.append((s, found.assessment.promised))
     tell("hours", 0.95)
     # The fewest configurations that will do, and as many as the study wants.
     limited = {s for s, _ in few[:1]} | {study.experiments.max_configurations} - {None}
@@ -137,19 +137,19 @@ _MANY = 2_000
 
 
 def random_plans(study: Study, number: int, *, seed: int = 0) -> Array:
-    """(number,) ρ0 of random feasible plans with as many experiments as the study [m].
+    """(number,) ρ0, or promise, of random feasible plans with as many experiments as the study [m].
 
     Uniform in the joint ranges, rejected where a constraint is broken; infinite where a plan
     does not identify what the test poses need.
     """
     rng = np.random.default_rng(seed)
-    space, m = study.space, study.experiments.count
+    aim = accuracy(study)
+    space, m = aim.space.measured_together(1.0), aim.count
     pool = information(space.evaluate(space.sample(min(number * m, _POOL), rng)).blocks)
     drawn = min(m, _MANY)  # the mean of thousands is as good as that of millions
     totals = np.array([pool[rng.integers(0, len(pool), drawn)].sum(axis=0) for _ in range(number)])
-    totals = study.prior + totals * (m / drawn)
-    with np.errstate(divide="ignore"):
-        return np.asarray(1.0 / np.sqrt(mean_test_pose(study).value(totals)))
+    values = aim.criterion.value(aim.base + totals * (m / drawn))
+    return np.array([aim.loss(value) for value in values])
 
 
 def curve_of(plans: Sequence[Plan], configurations: int | None) -> TimeCurve:
@@ -158,7 +158,7 @@ def curve_of(plans: Sequence[Plan], configurations: int | None) -> TimeCurve:
         configurations,
         frozen([p.count for p in plans], "int64"),
         frozen([p.schedule.hours for p in plans]),
-        frozen([p.assessment.rho0 for p in plans]),
+        frozen([p.assessment.promised for p in plans]),
     )
 
 

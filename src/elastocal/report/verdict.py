@@ -88,9 +88,8 @@ def verdict(plan: Plan, random: Array | None) -> Verdict:
         f"{_turned(study)}){only(plan)}. It is the share of the calibration alone: repeatability, "
         "geometry and temperature come on top."
     )
-    promise, headline = plan.assessment.promise, rho0
-    if promise is not None and promise.rho0 != rho0:
-        headline = promise.rho0
+    headline = plan.assessment.promised
+    if headline != rho0:
         meaning += (
             " It is what is promised: errors of loads, friction and what no model explains count "
             f"in the readings; without them ρ₀ would be {length(rho0)}."
@@ -138,12 +137,14 @@ def bound_of(plan: Plan) -> float | None:
 
 def _tiles(plan: Plan, random: Array | None) -> list[Tile]:
     """Bound, efficiency, random plans, instrument: as far as they are known."""
-    certificate, rho0, m = plan.certificate, plan.assessment.rho0, plan.count
+    certificate, m = plan.certificate, plan.count
+    rho0, promised = plan.assessment.rho0, plan.assessment.promised
     bound, before = bound_of(plan), bool(np.any(plan.study.prior))
     tiles = []
-    promise = plan.assessment.promise
-    if promise is not None and promise.rho0 != rho0:
-        meaning = "Without errors of load cases; bound and efficiency speak of it."
+    if promised != rho0:
+        meaning = "Without errors of load cases."
+        if not certificate.promise:
+            meaning = "Without errors of load cases; bound and efficiency speak of it."
         tiles.append(Tile("ρ₀", length(rho0), meaning))
     if bound is not None:
         meaning = f"No plan with {counted(m, 'experiment')} can do better."
@@ -158,8 +159,8 @@ def _tiles(plan: Plan, random: Array | None) -> list[Tile]:
         if saved < 0.01:
             meaning = f"There is nothing left to gain{under}."
         tiles.append(Tile("Efficiency", percent(certificate.efficiency), meaning))
-    if random is not None and len(random) and np.isfinite(rho0):
-        factor = float(np.median(random)) / rho0
+    if random is not None and len(random) and np.isfinite(promised):
+        factor = float(np.median(random)) / promised
         if np.isfinite(factor):
             meaning = "Median error of random feasible plans over this one."
             if not before:
@@ -173,7 +174,7 @@ def _tiles(plan: Plan, random: Array | None) -> list[Tile]:
     if loss is not None and np.isfinite(rho0):
         meaning = f"ρ₀ without configuration {loss.load_case}, which is missed most"
         if np.isfinite(loss.rho0):
-            meaning += f": {number(loss.rho0 / rho0, 2)} times as much."
+            meaning += f": {number(loss.rho0 / promised, 2)} times as much."
         else:
             meaning += ": the rest does not tell the compliances apart."
         tiles.append(Tile("After a loss", length(loss.rho0), meaning))

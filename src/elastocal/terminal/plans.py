@@ -85,7 +85,7 @@ def show_plan(plan: Plan) -> None:
     ):
         out.print(Text(sentence))
     if worth.loss is not None:
-        out.print(Text(loss_sentence(worth.loss.load_case, worth.loss.rho0, worth.rho0)))
+        out.print(Text(loss_sentence(worth.loss.load_case, worth.loss.rho0, worth.promised)))
     show_blind(plan.blind)
     show_mends(plan.mends)
     for doubt in plan.doubts:
@@ -195,7 +195,8 @@ def certificate_sentence(certificate: Certificate, count: int) -> str:
     share = 100.0 * (1.0 - np.sqrt(min(max(c.efficiency, 0.0), 1.0)))
     room = f"efficiency {c.efficiency:.4f}, at most {share:.2g} % to gain in the error"
     if c.position_bound is not None:
-        bound = f"{CRITERIA[c.criterion].symbol} below {micrometres(c.position_bound)}"
+        symbol = "a promise" if c.promise else CRITERIA[c.criterion].symbol
+        bound = f"{symbol} below {micrometres(c.position_bound)}"
         sentence = f"No plan of {counted(count, 'experiment')} has {bound}: {room}"
     else:
         sentence = f"Against every plan of {counted(count, 'experiment')}, by {c.criterion}: {room}"
@@ -303,16 +304,17 @@ def show_evaluations(
     for base in baselines:
         named = [name for name in results if name not in baselines]
         _show_baseline(base, results, named, before=bool(study.prior.any()))
+    what = "promise" if promised else "ρ0"
     for m, rho0 in random.items():
         low, middle, high = np.quantile(rho0, (0.05, 0.5, 0.95), method="inverted_cdf")
         out.print(
-            f"{len(rho0)} random feasible plans of {counted(m, 'experiment')}: ρ0 median "
+            f"{len(rho0)} random feasible plans of {counted(m, 'experiment')}: {what} median "
             f"{micrometres(middle)}, 5 % below {micrometres(low)}, 95 % below {micrometres(high)}"
         )
         for name, result in results.items():
             if result.count == m and name not in baselines:
-                beaten = float((rho0 < result.assessment.rho0).mean())
-                factor = middle / result.assessment.rho0
+                beaten = float((rho0 < result.assessment.promised).mean())
+                factor = middle / result.assessment.promised
                 out.print(
                     Text(
                         f"{name}: {factor:.2f}× better than the random median, "
@@ -325,10 +327,10 @@ def _show_baseline(
     base: str, results: Mapping[str, Evaluation], names: Sequence[str], *, before: bool
 ) -> None:
     """How much better plans are than measuring in the test poses as often."""
-    known = results[base].assessment.rho0
+    known = results[base].assessment.promised
     for name in names:
         if results[name].count == results[base].count and np.isfinite(known):
-            factor = known / results[name].assessment.rho0
+            factor = known / results[name].assessment.promised
             # With what was known before, errors do not go down as one over the root of the count.
             worth = "" if before else f", worth {factor**2:.2f}× as many experiments there"
             out.print(Text(f"{name}: ρ0 {factor:.2f}× smaller than in the test poses{worth}"))

@@ -48,9 +48,12 @@ def promise_sentences(rho0: float, promise: Promised | None, *, made_for_it: boo
         said.append(
             f"Promised: {length(promise.rho0)}, with 95 % below {length(promise.limit)}, with the "
             "errors of load cases in the readings, which repeats share; ρ0 counts the springs of "
-            "the nuisance without these errors, and "
-            "bound and efficiency speak of ρ0. "
-            + ("Plans are made for the promise." if made_for_it else "Plans are not made for it.")
+            "the nuisance without these errors. "
+            + (
+                "Plans are made for the promise, and bound and efficiency speak of it."
+                if made_for_it
+                else "Plans are not made for it, and bound and efficiency do not speak of it."
+            )
         )
     alone = ""
     if promise.uncompensated > 0.0:

@@ -253,7 +253,7 @@ def _certificate(robot: Robot, certificate: Certificate) -> dict[str, Any]:
         "kind": certificate.kind,
         "criterion": certificate.criterion,
         # The other criteria are compared by efficiency: their losses have units of their own.
-        **({} if bound is None else {bound_key(certificate.criterion): 1e3 * bound}),
+        **({} if bound is None else {bound_key(certificate): 1e3 * bound}),
         "efficiency": certificate.efficiency,
         "fresh_starts": certificate.fresh_starts,
         "attained": certificate.attained,

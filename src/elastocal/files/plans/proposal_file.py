@@ -29,6 +29,7 @@ from elastocal.files.plans.via_points import VIA, read_via, split_via
 from elastocal.files.tables.csv_table import FORCES, PLAIN, TORQUES, is_table, read_table
 from elastocal.files.tables.units import UNITS, split_header
 from elastocal.files.texts import read_text
+from elastocal.planning.certificate import Certificate
 from elastocal.planning.remaining import knowing
 from elastocal.robot.chain import Robot
 from elastocal.robot.joint_kinds import KINDS
@@ -114,7 +115,16 @@ def study_for(proposal: Proposal, study: Study) -> Study:
     return with_count(study, proposal.count, study.experiments.max_configurations)
 
 
-def bound_key(criterion: str) -> str:
+PROMISE_BOUND = "promise_lower_bound_mm"
+"""Key of the bound on what plans promise."""
+
+
+def bound_key(certificate: Certificate) -> str:
+    """Key of the bound on a position error, or on a promise."""
+    return PROMISE_BOUND if certificate.promise else _key_of(certificate.criterion)
+
+
+def _key_of(criterion: str) -> str:
     """Key of the bound on a position error; on ρ0 if nothing is said of the criterion."""
     return f"{CRITERIA.get(criterion, RHO0).key}_lower_bound_mm"
 
@@ -145,7 +155,8 @@ def proposal_in(document: dict[str, Any], path: Path, robot: Robot) -> Proposal:
         for name, section, key, unit in (
             ("rho0", document, "rho0_mm", 1e3),
             ("experiments", document, "experiments", 1.0),
-            ("lower_bound", certificate, bound_key(criterion), 1e3),
+            ("lower_bound", certificate, _key_of(criterion), 1e3),
+            ("lower_bound", certificate, PROMISE_BOUND, 1e3),
             ("lower_bound", certificate, f"{named}_lower_bound_mm", 1e3),
             ("efficiency", certificate, "efficiency", 1.0),
         )

@@ -89,9 +89,9 @@ def _robot(plan: Plan, drawn: Stage) -> Values:
 
 
 def _worth(plan: Plan, random: Array | None, others: Mapping[str, Assessment]) -> Values:
-    """ρ0 among other plans, and by test pose."""
-    rho0 = plan.assessment.rho0
-    compared = {name: other.rho0 for name, other in others.items()}
+    """What is left among other plans, and by test pose."""
+    rho0 = plan.assessment.promised
+    compared = {name: other.promised for name, other in others.items()}
     chart = None
     if np.isfinite(rho0):
         chart = two_widths(
@@ -109,7 +109,7 @@ def _errors(plan: Plan) -> Values:
 
 def _trade_off(plan: Plan, trade_off: TradeOff) -> list[tuple[str, Markup, str]]:
     """Title, picture and caption of the curves there are."""
-    own, few = plan.assessment.rho0, len(plan.load_cases)
+    own, few = plan.assessment.promised, len(plan.load_cases)
     if not np.isfinite(own):
         return []
     curves = []

@@ -102,11 +102,10 @@ def _steps(contents: Contents) -> Iterator[Step]:
 
 def _planned(plan: Plan) -> Step:
     """What the plan promises: ρ0, or more where errors of load cases count."""
-    efficiency, rho0 = plan.certificate.efficiency, plan.assessment.rho0
-    promised, promise = rho0, plan.assessment.promise
+    efficiency, promised = plan.certificate.efficiency, plan.assessment.promised
     what = "expected position error ρ₀"
-    if promise is not None and promise.rho0 != rho0:
-        promised, what = promise.rho0, "promised position error"
+    if promised != plan.assessment.rho0:
+        what = "promised position error"
     said = f"{what} after compensation{only(plan)}, from {counted(plan.count, 'experiment')}"
     if np.isfinite(efficiency):
         said += f"; efficiency {percent(efficiency)}"
