@@ -11,8 +11,9 @@ import elastocal as ec
 from elastocal.design.exact import Effort
 from elastocal.elastic.case_errors import CaseErrors
 from elastocal.planning.aim import Aim, accuracy, aim_of, is_for_promise
-from elastocal.planning.certificate import lower_bound
-from elastocal.study.study import Study, with_count
+from elastocal.planning.certificate import Bound, lower_bound
+from elastocal.planning.evaluation import evaluate
+from elastocal.study.study import Study, with_count, with_load_cases
 from elastocal.study.two_steps import with_nuisance
 from tests.kr270 import kr270_study
 from tests.planning.test_promise import ALL, PLAN, REPEATS, two_axes_a_joint
@@ -24,6 +25,18 @@ QUICK = Effort(batch=32, generations=3, patience=1, islands=1)
 def told(errors: CaseErrors = ALL, configurations: int | None = 3) -> Study:
     study = with_nuisance(kr270_study(), two_axes_a_joint(errors))
     return with_count(study, 12, configurations)
+
+
+@pytest.fixture(scope="module")
+def few() -> Bound:
+    """What no plan of three configurations passes."""
+    return lower_bound(told(), np.random.default_rng(0))
+
+
+@pytest.fixture(scope="module")
+def many() -> Bound:
+    """What no plan of twelve passes."""
+    return lower_bound(told(configurations=None), np.random.default_rng(0))
 
 
 def promised(study: Study, cases: ec.LoadCases, repeats: np.ndarray) -> float:
@@ -57,10 +70,10 @@ def test_without_errors_or_with_another_criterion_plans_are_as_ever() -> None:
     assert accuracy(replace(told(), criterion="worst")).promise
 
 
-def test_a_plan_is_near_the_bound_on_promises() -> None:
+def test_a_plan_is_near_the_bound_on_promises(many: Bound) -> None:
     """It is worth what `assess` says of it, and no random plan passes the bound."""
     study = told(configurations=None)
-    made = ec.plan(study, effort=QUICK)
+    made = ec.plan(study, effort=QUICK, bound=many)
     proof, worth = made.certificate, made.assessment
     assert proof.promise
     assert worth.promise is not None
@@ -75,9 +88,8 @@ def test_a_plan_is_near_the_bound_on_promises() -> None:
         assert promised(study, cases, np.ones(12, dtype=np.int64)) > proof.lower_bound
 
 
-def test_few_configurations_have_a_bound_of_their_own() -> None:
+def test_few_configurations_have_a_bound_of_their_own(few: Bound, many: Bound) -> None:
     """Readings dealt out unevenly are below it, too; that of many configurations is lower."""
-    few, many = (lower_bound(told(configurations=c), np.random.default_rng(0)) for c in (3, None))
     assert few.uneven >= 1.0
     assert many.uneven == 1.0
     made = ec.plan(told(), effort=QUICK, bound=few)
@@ -85,3 +97,18 @@ def test_few_configurations_have_a_bound_of_their_own() -> None:
     assert len(made.repeats) <= 3
     assert made.repeats.sum() == 12
     assert made.certificate.lower_bound == few.loss(12)
+
+
+def test_a_plan_is_judged_by_the_bound_for_as_many_configurations(
+    few: Bound, many: Bound
+) -> None:
+    """Against a bound on plans of twelve its own would be too high, and a false claim."""
+    study = told()
+    claims = {"lower_bound": few.loss(12)}
+    found = evaluate(study, PLAN, REPEATS, claims, few, None)
+    assert not found.objections
+    assert found.certificate.lower_bound == pytest.approx(few.loss(12))
+    wider = with_load_cases(study, np.ones(12, dtype=np.int64))
+    assert wider.experiments.max_configurations == 12
+    refuted = evaluate(wider, PLAN, REPEATS, {"lower_bound": few.loss(12)}, many, None)
+    assert [doubt.code for doubt in refuted.objections] == ["claims-bound"]

@@ -183,6 +183,7 @@ def evaluate_command(
     from elastocal.cli.planning import bound
     from elastocal.files.plans.proposal_file import study_for
     from elastocal.files.study.study_file import read_study
+    from elastocal.planning.aim import is_for_promise
     from elastocal.planning.along_paths import better_along
     from elastocal.planning.as_measured import evaluate_measured
     from elastocal.planning.evaluation import evaluate
@@ -197,7 +198,7 @@ def evaluate_command(
     else:
         study = with_path(study, path, tool, load(force_n, torque_nm), start)
     results = {}
-    bounds: dict[tuple[str, str, str, int], Bound] = {}
+    bounds: dict[tuple[str, str, str, int, int], Bound] = {}
     studies: dict[int, Study] = {}
     note_parted(plans)
     read = measured_among(plans, mapping)
@@ -230,9 +231,10 @@ def evaluate_command(
             "" if before is None else before.sha256 + str(hash(before.information.tobytes())),
             known,
             m if wanted.prior.any() else 0,
+            wanted.experiments.max_configurations or 0 if is_for_promise(wanted) else 0,
         )
         if key not in bounds:
-            bounds[key] = bound(wanted, m, seed, workers)
+            bounds[key] = bound(wanted, seed, workers)
         results[name] = (
             evaluate_measured(wanted, measured[name], bounds[key])
             if name in measured

@@ -16,7 +16,7 @@ from elastocal.cli.stopping import SearchEnd, ended_by
 from elastocal.cores import several_cores, usable_cores
 from elastocal.planning.certificate import Bound, lower_bound
 from elastocal.planning.plan import Plan, plan
-from elastocal.study.study import Study, with_count
+from elastocal.study.study import Study
 from elastocal.terminal.progress import progress
 from elastocal.wording import worded
 
@@ -53,11 +53,11 @@ def write_pair(made: Plan, out: Path) -> None:
         write_run_sheet(made, out.with_suffix(".csv"))
 
 
-def bound(study: Study, count: int, seed: int, workers: int | None = None) -> Bound:
+def bound(study: Study, seed: int, workers: int | None = None) -> Bound:
     """A bound computed anew, from another stream of random numbers than the planner's."""
     with several_cores(workers or usable_cores()), progress("bound") as tell:
         rng = np.random.default_rng([seed, 1])
-        return lower_bound(with_count(study, count), rng, progress=tell)
+        return lower_bound(study, rng, progress=tell)
 
 
 def note_broken(name: str, proposal: Proposal, judged: Study) -> None:

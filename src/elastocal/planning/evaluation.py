@@ -37,7 +37,7 @@ from elastocal.planning.certificate import (
 from elastocal.planning.visibility import Visibility, visibility
 from elastocal.study.criteria import CRITERIA
 from elastocal.study.identifiability import unidentifiable
-from elastocal.study.study import Experiments, Study, with_count
+from elastocal.study.study import Experiments, Study, with_load_cases
 
 _ROUNDED = 1e-9  # efficiencies above 1 by less are rounding
 _AGREE = 1e-4  # claims may differ by this share: a run sheet rounds its angles
@@ -106,7 +106,7 @@ def evaluate(
         via: Configurations passed on the way, see `motion.Vias`; None: motions are not judged.
         asked: What the study itself asks for, to remark on plans of more; None: not said.
     """
-    study = with_count(study, int(repeats.sum()))
+    study = with_load_cases(study, repeats)
     worth = assess(study, cases, repeats)
     x = bound.aim.space.points(cases)
     bound = confirmed(study, bound, x, np.random.default_rng(0))

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from elastocal.arrays import Array, BoolArray, freeze, frozen, unset
+from elastocal.arrays import Array, BoolArray, IntArray, freeze, frozen, unset
 from elastocal.constraints import Clearance, Constraint, HeldJoint, JointLimit
 from elastocal.elastic.allowed_loads import FixedVector, Load
 from elastocal.elastic.arm import ElasticArm
@@ -317,6 +317,12 @@ def with_count(study: Study, count: int, configurations: int | None = None) -> S
     """The same study with another number of experiments, and of configurations (None: any)."""
     experiments = replace(study.experiments, count=count, max_configurations=configurations)
     return replace(study, experiments=experiments)
+
+
+def with_load_cases(study: Study, repeats: IntArray) -> Study:
+    """The same study for as many experiments as load cases are repeated, (S,), and room for all."""
+    most = study.experiments.max_configurations
+    return with_count(study, int(repeats.sum()), most and max(most, len(repeats)))
 
 
 def springs_of(robot: Robot, names: list[str] | None) -> VirtualJoints:

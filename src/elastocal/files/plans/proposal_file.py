@@ -36,7 +36,7 @@ from elastocal.robot.joint_kinds import KINDS
 from elastocal.study.before import Done
 from elastocal.study.criteria import CRITERIA, RENAMED, RHO0
 from elastocal.study.known import Known
-from elastocal.study.study import Study, with_count
+from elastocal.study.study import Study, with_load_cases
 from elastocal.study.two_steps import with_known
 
 _TORQUES = ("Tx", "Ty", "Tz")
@@ -112,7 +112,7 @@ def study_for(proposal: Proposal, study: Study) -> Study:
         study = with_known(study, proposal.known)
     if proposal.done is not None:
         study = knowing(study, proposal.done)
-    return with_count(study, proposal.count, study.experiments.max_configurations)
+    return with_load_cases(study, proposal.repeats)
 
 
 PROMISE_BOUND = "promise_lower_bound_mm"
