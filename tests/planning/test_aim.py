@@ -99,9 +99,7 @@ def test_few_configurations_have_a_bound_of_their_own(few: Bound, many: Bound) -
     assert made.certificate.lower_bound == few.loss(12)
 
 
-def test_a_plan_is_judged_by_the_bound_for_as_many_configurations(
-    few: Bound, many: Bound
-) -> None:
+def test_a_plan_is_judged_by_the_bound_for_as_many_configurations(few: Bound, many: Bound) -> None:
     """Against a bound on plans of twelve its own would be too high, and a false claim."""
     study = told()
     claims = {"lower_bound": few.loss(12)}

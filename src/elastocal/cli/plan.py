@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from elastocal.planning.as_measured import Measured
     from elastocal.planning.certificate import Bound
     from elastocal.planning.evaluation import Evaluation
+    from elastocal.planning.plan import Plan
+    from elastocal.planning.to_validate import ToValidate
     from elastocal.study.study import Study
 
 
@@ -61,6 +63,12 @@ def plan_command(
         Path | None,
         typer.Option(help="What is known of further joints: model.json, or plan.json of a step 1."),
     ] = None,
+    validate: Annotated[
+        int,
+        typer.Option(
+            help="Also plan so many load cases to validate with, into plan.validate.csv.", min=0
+        ),
+    ] = 0,
     force: Overwrite = False,
     seed: Seed = 0,
     seconds: Annotated[
@@ -79,6 +87,7 @@ def plan_command(
     from elastocal.files.study.study_file import read_study
     from elastocal.study.criteria import renamed
     from elastocal.wording import worded
+    from elastocal.wording.lists import listed
 
     if mapping is not None and not after:
         raise InputError("--mapping belongs to --after, which is not given")
@@ -86,7 +95,9 @@ def plan_command(
     writable(out, *given, suffix=".json")
     sheet = out.with_suffix(".csv")
     study = read_study(study_file, known_in(known))
-    for file, kind in ((out, "plan"), (sheet, "run sheet")):
+    others = out.with_suffix(".validate.csv")
+    written = [(out, "plan"), (sheet, "run sheet")] + [(others, "run sheet")] * bool(validate)
+    for file, kind in written:
         writable(file, *given, *sources_of(study, study_file, known))
         replaceable(file, kind, force=force)
     study = _overridden(study, count, max_configurations, criterion)
@@ -95,6 +106,7 @@ def plan_command(
     for doubt in renamed(study):
         print(f"note: {worded(doubt)}", file=sys.stderr)
     made = planned_for_now(study, out, seed, workers, seconds)
+    beside = _to_validate(made, validate, others, seed) if validate else None
     if as_json:
         from elastocal.files.plans.plan_file import plan_document
 
@@ -103,7 +115,21 @@ def plan_command(
     from elastocal.terminal.plans import show_plan
 
     show_plan(made)
-    print(f"wrote {out} and {sheet}")
+    if beside is not None:
+        from elastocal.terminal.plans import show_to_validate
+
+        show_to_validate(made.study.robot, beside)
+    print(f"wrote {listed([str(file) for file, _ in written])}")
+
+
+def _to_validate(made: Plan, count: int, out: Path, seed: int) -> ToValidate:
+    """Load cases to validate with, written."""
+    from elastocal.files.plans.plan_file import write_validation_sheet
+    from elastocal.planning.to_validate import to_validate
+
+    found = to_validate(made.study, made.load_cases, count, seed=seed)
+    write_validation_sheet(made.study.robot, found, out)
+    return found
 
 
 def _rest(study: Study, measured: list[Path], mapping: Path | None, as_json: bool) -> Study:

@@ -23,16 +23,15 @@ NEAR_SLIDING = 0.1
 
 def near_configurations(robot: Robot, q: Array) -> IntArray:
     """(S,) number of the group of each configuration (S, n): a chain of near ones is one."""
-    return _groups(_close(robot, q))
+    return _groups(_turned(robot, q, q) <= NEAR)
 
 
 def near_load_cases(robot: Robot, cases: LoadCases) -> IntArray:
     """(S,) number of the group of each load case, by configuration and load."""
-    close = _close(robot, cases.q)
+    close = distances(robot, cases, cases) <= NEAR
     for part in (cases.wrench[:, :3], cases.wrench[:, 3:]):
         size = np.linalg.norm(part, axis=1)
-        along = part @ part.T >= np.cos(NEAR) * np.outer(size, size)
-        close &= along & (np.minimum.outer(size, size) >= 0.5 * np.maximum.outer(size, size))
+        close &= np.minimum.outer(size, size) >= 0.5 * np.maximum.outer(size, size)
     return _groups(close)
 
 
@@ -42,12 +41,24 @@ def together(robot: Robot, cases: LoadCases, repeats: IntArray) -> Array:
     return np.asarray(np.bincount(group, weights=repeats.astype(float))[group])
 
 
-def _close(robot: Robot, q: Array) -> BoolArray:
-    """(S, S) which configurations are near; whole turns do not matter."""
-    apart = np.abs(q[:, None] - q)
+def distances(robot: Robot, one: LoadCases, other: LoadCases) -> Array:
+    """(A, B) largest difference of a joint, or of the direction of force or moment [rad]."""
+    apart = _turned(robot, one.q, other.q)
+    for part in (slice(0, 3), slice(3, 6)):
+        first, second = one.wrench[:, part], other.wrench[:, part]
+        size = np.outer(np.linalg.norm(first, axis=1), np.linalg.norm(second, axis=1))
+        there = size > 0.0
+        cosine = np.clip((first @ second.T) / np.where(there, size, 1.0), -1.0, 1.0)
+        apart = np.maximum(apart, np.where(there, np.arccos(cosine), 0.0))
+    return np.asarray(apart)
+
+
+def _turned(robot: Robot, first: Array, second: Array) -> Array:
+    """(A, B) largest difference of a joint; whole turns do not matter, 0.1 m are 10°."""
+    apart = np.abs(first[:, None] - second)
     turned = np.abs(apart - 2.0 * np.pi * np.round(apart / (2.0 * np.pi)))
     apart = np.where(robot.prismatic, apart * (NEAR / NEAR_SLIDING), turned)
-    return np.asarray(apart.max(axis=2, initial=0.0) <= NEAR)
+    return np.asarray(apart.max(axis=2, initial=0.0))
 
 
 def _groups(close: BoolArray) -> IntArray:

@@ -18,6 +18,7 @@ from elastocal.planning.along_paths import Shares
 from elastocal.planning.certificate import Certificate
 from elastocal.planning.evaluation import Evaluation
 from elastocal.planning.plan import Plan
+from elastocal.planning.to_validate import ToValidate
 from elastocal.planning.visibility import Visibility
 from elastocal.robot.chain import Robot
 from elastocal.study.criteria import CRITERIA, RHO0
@@ -211,6 +212,29 @@ def certificate_sentence(certificate: Certificate, count: int) -> str:
     if c.floored:
         sentence += f" {floor_sentence(c.left_out)}"
     return sentence
+
+
+def show_to_validate(robot: Robot, cases: ToValidate) -> None:
+    """Load cases to validate with, and how far they are from what is fitted."""
+    table = Table(
+        title=Text("To validate with, never to be fitted"),
+        title_justify="left",
+        box=box.SIMPLE_HEAD,
+    )
+    table.add_column("#")
+    for joint in robot.joints:
+        table.add_column(Text(f"{joint.name} {joint.kind.shown_unit}"), justify="right")
+    table.add_column("apart °", justify="right")
+    for i, q in enumerate(robot.shown_scale * cases.load_cases.q):
+        apart = f"{np.degrees(cases.apart[i]):.0f}"
+        table.add_row(str(i + 1), *(f"{value + 0.0:.2f}" for value in q), apart)
+    whole(table)
+    out.print(
+        Text(
+            "Apart: the largest difference of a joint, or of the direction of the load, from the "
+            f"nearest other. {number(60.0 * cases.schedule.hours, 2)} minutes in all."
+        )
+    )
 
 
 def show_view(view: Visibility | None, plan: str = "") -> None:

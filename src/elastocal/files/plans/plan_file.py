@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from elastocal import __version__
+from elastocal.arrays import Array, IntArray
+from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import PlanFileError
 from elastocal.files.doubt_entries import doubt_entries
 from elastocal.files.plans.blind_section import blind_section, mends_section
@@ -38,6 +41,7 @@ from elastocal.planning.certificate import (
     lower_bound,
 )
 from elastocal.planning.plan import Plan
+from elastocal.planning.to_validate import ToValidate
 from elastocal.robot.chain import Robot
 from elastocal.robot.joint_kinds import KINDS
 from elastocal.study.criteria import CRITERIA
@@ -278,18 +282,39 @@ def _certificate(robot: Robot, certificate: Certificate) -> dict[str, Any]:
 
 def write_run_sheet(plan: Plan, path: str | Path) -> None:
     """Write plan.csv: one row per configuration, in order of execution."""
-    robot = plan.study.robot
-    sealed = signature("run sheet", f"plan {text_hash(_text(plan))[:12]}")
-    lines = [table_row([*columns(robot), "repeats", "nearest constraint", sealed])]
-    scale, count = robot.shown_scale, len(plan.load_cases)
+    nearest = [near.name for near in plan.assessment.nearest]
+    lines = _run_sheet(plan.study.robot, plan, nearest, f"plan {text_hash(_text(plan))[:12]}")
+    write_text(Path(path), "".join(lines))
+
+
+def write_validation_sheet(robot: Robot, cases: ToValidate, path: str | Path) -> None:
+    """Write the same of configurations to validate with."""
+    write_text(Path(path), "".join(_run_sheet(robot, cases, cases.nearest, "to validate with")))
+
+
+class _Executed(Protocol):
+    """Load cases in order of execution; see `Plan`."""
+
+    @property
+    def load_cases(self) -> LoadCases: ...
+    @property
+    def repeats(self) -> IntArray: ...
+    @property
+    def via(self) -> tuple[Array, ...]: ...
+
+
+def _run_sheet(
+    robot: Robot, executed: _Executed, nearest: Sequence[str], what: str
+) -> Iterator[str]:
+    sealed = signature("run sheet", what)
+    yield table_row([*columns(robot), "repeats", "nearest constraint", sealed])
+    scale, count = robot.shown_scale, len(executed.load_cases)
     for i in range(count + 1):
-        for q in plan.via[i] if plan.via else ():
+        for q in executed.via[i] if executed.via else ():
             passed = [f"{value:.4f}" for value in scale * q]
-            lines.append(table_row([VIA, *passed, *["0"] * 6, 0, "passed without stopping", ""]))
+            yield table_row([VIA, *passed, *["0"] * 6, 0, "passed without stopping", ""])
         if i == count:
             break
-        joints = [f"{value:.4f}" for value in scale * plan.load_cases.q[i]]
-        loads = [f"{value + 0.0:.9g}" for value in plan.load_cases.wrench[i]]
-        near = plan.assessment.nearest[i].name
-        lines.append(table_row([i + 1, *joints, *loads, int(plan.repeats[i]), near, ""]))
-    write_text(Path(path), "".join(lines))
+        joints = [f"{value:.4f}" for value in scale * executed.load_cases.q[i]]
+        loads = [f"{value + 0.0:.9g}" for value in executed.load_cases.wrench[i]]
+        yield table_row([i + 1, *joints, *loads, int(executed.repeats[i]), nearest[i], ""])
