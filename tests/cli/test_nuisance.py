@@ -51,7 +51,7 @@ def test_a_plan_says_what_it_promises_and_without(folder: Path) -> None:
     assert set(plan["standard_error"]) == set(promise["standard_error"]) == {"J2", "J3"}
     assert plan["covariance"]["order"][:2] == ["J2", "J3"]
     assert "ρ0 counts the springs of the nuisance without these errors" in said
-    assert "Plans are made for the promise." in said
+    assert "Plans are made for the promise, and bound and efficiency speak of it." in said
     assert promise["optimised"] == "promise"
     assert "Without nuisance the same plan would claim" in said
     assert "no calibration takes from the task: friction" in said

@@ -8,7 +8,8 @@ import numpy as np
 
 import elastocal as ec
 from elastocal.elastic.case_errors import CaseErrors
-from elastocal.planning.near import near_configurations, near_load_cases, together
+from elastocal.planning.near import near_configurations, near_load_cases
+from elastocal.planning.with_errors import WithErrors
 from tests.kr270 import kr270_study
 from tests.planning.test_aim import told
 from tests.planning.test_promise import ALL, PLAN, REPEATS
@@ -33,8 +34,20 @@ def test_another_load_is_another_load_case() -> None:
     wrench = np.zeros((4, 6))
     wrench[:, :3] = [[0, 0, -2500], [0, 0, 2500], [100, 0, -2490], [0, 0, -900]]
     cases = ec.LoadCases(np.zeros((4, 6)), wrench)
-    assert near_load_cases(ROBOT, cases).tolist() == [0, 1, 0, 2]
-    assert together(ROBOT, cases, np.array([1, 2, 3, 4])).tolist() == [4.0, 2.0, 4.0, 4.0]
+    telling = np.eye(4)[:, :, None] * np.eye(4)[:, None]
+    assert near_load_cases(ROBOT, cases, telling).tolist() == [0, 1, 0, 2]
+    telling[3] = telling[1]  # what tells the same is the same
+    assert near_load_cases(ROBOT, cases, telling).tolist() == [0, 1, 0, 1]
+
+
+def test_the_wrist_turned_over_is_no_other_load_case() -> None:
+    study = told(ALL, 12)
+    assert study.nuisance is not None
+    q = PLAN.q.copy()
+    q[:, 3:] = q[:, 3:] * [1.0, -1.0, 1.0] + [np.pi, 0.0, np.pi]
+    turned = ec.LoadCases(np.concatenate([PLAN.q, q]), np.tile(PLAN.wrench, (2, 1)))
+    known = WithErrors(study, study.nuisance)
+    np.testing.assert_allclose(known.sharing(turned, np.tile(REPEATS, 2)), np.tile(2 * REPEATS, 2))
 
 
 def test_splitting_a_load_case_promises_nothing_more() -> None:

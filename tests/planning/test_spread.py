@@ -7,7 +7,6 @@ import numpy as np
 import elastocal as ec
 from elastocal.design.exact import ExactDesign
 from elastocal.planning.aim import aim_of
-from elastocal.planning.near import near_load_cases
 from elastocal.planning.spread import spread
 from tests.planning.test_aim import promised, told
 from tests.planning.test_near import beside
@@ -22,7 +21,8 @@ def test_they_are_moved_to_where_they_tell_more() -> None:
     before = ExactDesign(aim.space.points(cases), counts, 0.0)
     after = spread(aim, aim.space, goal, before, np.random.default_rng(0))
     moved = aim.space.load_cases(after.x)
-    assert len(set(near_load_cases(study.robot, moved))) > 3
+    assert aim.told is not None
+    assert len(set(aim.told.groups(moved).tolist())) > 3
     assert promised(study, moved, after.counts) < 0.9 * promised(study, cases, counts)
     assert not ec.assess(study, moved, after.counts).violations
 

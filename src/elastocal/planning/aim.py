@@ -16,7 +16,6 @@ from elastocal.design.refinement import Goal
 from elastocal.design.space import information
 from elastocal.design.test_pose import TestPosePrecision
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.planning.near import together
 from elastocal.planning.with_errors import WithErrors
 from elastocal.study.criteria import RHO0, criterion_of, mean_test_pose
 from elastocal.study.experiment_space import LoadCaseSpace
@@ -35,7 +34,7 @@ class Aim:
         count: Number of experiments m.
         distinct: Most load cases.
         beyond: Mean square at the test poses that no plan makes smaller [m²].
-        promise: Whether it is what a plan promises, errors of load cases included.
+        told: If it is what a plan promises: what is known of errors of load cases.
     """
 
     space: LoadCaseSpace
@@ -44,7 +43,12 @@ class Aim:
     count: int
     distinct: int
     beyond: float = 0.0
-    promise: bool = False
+    told: WithErrors | None = None
+
+    @property
+    def promise(self) -> bool:
+        """Whether it is what a plan promises, errors of load cases included."""
+        return self.told is not None
 
     def goal(self, space: LoadCaseSpace | None = None) -> Goal:
         """For the search, in a part of the space."""
@@ -59,7 +63,7 @@ class Aim:
 
     def informations(self, cases: LoadCases, repeats: IntArray) -> Array:
         """(S, p, p) what each of them adds to it."""
-        sharing = together(self.space.arm.robot, cases, repeats)
+        sharing = None if self.told is None else self.told.sharing(cases, repeats)
         blocks = self.space.evaluate(self.space.points(cases), sharing).blocks
         return np.asarray(repeats.astype(float)[:, None, None] * information(blocks))
 
@@ -108,7 +112,7 @@ def accuracy(study: Study) -> Aim:
         count=count,
         distinct=distinct,
         beyond=float(beyond),
-        promise=True,
+        told=told,
     )
 
 

@@ -2,9 +2,10 @@
 
 Nothing is known of how friction and discrepancy change from configuration to configuration, but a
 degree beside it they are what they were. Who counts close load cases as independent can make any
-error of load cases vanish by splitting one into many.
+error of load cases vanish by splitting one into many. The same is true of load cases that nothing
+tells apart but the way the arm is folded, as with the wrist turned over.
 
-In: a robot, load cases. Out: which go together, and how many readings share their errors.
+In: a robot, load cases, what they tell. Out: which go together.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from elastocal.arrays import Array, BoolArray, IntArray
+from elastocal.design.twins import twins
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.robot.chain import Robot
 
@@ -26,19 +28,18 @@ def near_configurations(robot: Robot, q: Array) -> IntArray:
     return _groups(_turned(robot, q, q) <= NEAR)
 
 
-def near_load_cases(robot: Robot, cases: LoadCases) -> IntArray:
-    """(S,) number of the group of each load case, by configuration and load."""
+def near_load_cases(robot: Robot, cases: LoadCases, informations: Array) -> IntArray:
+    """(S,) number of the group of each load case, by configuration, load and information (S, p, p).
+
+    Source: ours.
+    """
     close = distances(robot, cases, cases) <= NEAR
     for part in (cases.wrench[:, :3], cases.wrench[:, 3:]):
         size = np.linalg.norm(part, axis=1)
         close &= np.minimum.outer(size, size) >= 0.5 * np.maximum.outer(size, size)
+    for group in twins(informations, np.ones(len(cases), dtype=np.int64)):
+        close[np.ix_(group, group)] = True
     return _groups(close)
-
-
-def together(robot: Robot, cases: LoadCases, repeats: IntArray) -> Array:
-    """(S,) readings that share the errors of each load case, measured (S,) times."""
-    group = near_load_cases(robot, cases)
-    return np.asarray(np.bincount(group, weights=repeats.astype(float))[group])
 
 
 def distances(robot: Robot, one: LoadCases, other: LoadCases) -> Array:

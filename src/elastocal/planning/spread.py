@@ -11,18 +11,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from elastocal.arrays import Array, IntArray
+from elastocal.arrays import Array, IntArray, frozen
 from elastocal.design.exact import ExactDesign
 from elastocal.design.refinement import Goal, Plans, refine
 from elastocal.design.space import information
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.planning.aim import Aim
-from elastocal.planning.near import near_load_cases
 from elastocal.planning.plain_values import simplify
 from elastocal.study.experiment_space import LoadCaseSpace
 
 _POOL = 2000  # random load cases, some of which take the place of crowded ones
 _ROUNDS = 3
+_NOTHING = 1e-3  # share of φ that is next to nothing
 
 
 def spread(
@@ -51,7 +51,30 @@ def spread(
                 value = float(goal.values(tried[None], counts[None])[0])
                 best, most = replace(design, x=tried, counts=counts, value=value), worth
         x = refined.x[0]
-    return best
+    return _joined(aim, goal, best, most)
+
+
+def _joined(aim: Aim, goal: Goal, design: ExactDesign, worth: float) -> ExactDesign:
+    """The design with groups that share errors made one load case, where next to nothing is lost.
+
+    Every configuration costs time.
+    """
+    x, counts = design.x, design.counts
+    group = _groups(aim, x)
+    for g in np.unique(group)[np.bincount(group) > 1].tolist():
+        own = group == g
+        options = []
+        for i in np.flatnonzero(own).tolist():
+            kept = ~own
+            kept[i] = True
+            repeats = np.where(np.arange(len(x)) == i, counts[own].sum(), counts)[kept]
+            options.append((_worth(aim, x[kept], repeats), x[kept], repeats))
+        best = max(options, key=lambda option: option[0])
+        if best[0] >= worth * (1.0 - _NOTHING):
+            value = float(goal.values(best[1][None], best[2][None])[0])
+            joined = replace(design, x=best[1], counts=frozen(best[2], np.int64), value=value)
+            return _joined(aim, goal, joined, worth)
+    return design
 
 
 def _worth(aim: Aim, x: Array, counts: IntArray) -> float:
@@ -64,9 +87,15 @@ def _plain(aim: Aim, x: Array) -> LoadCases:
     return simplify(aim.space, aim.space.load_cases(x)).cases
 
 
+def _groups(aim: Aim, x: Array) -> IntArray:
+    """(S,) which of the points (S, d) share errors."""
+    assert aim.told is not None
+    return aim.told.groups(_plain(aim, x))
+
+
 def _crowded(aim: Aim, x: Array, counts: IntArray) -> IntArray:
     """Numbers of load cases that are near another one which is measured as often or more."""
-    group = near_load_cases(aim.space.arm.robot, _plain(aim, x))
+    group = _groups(aim, x)
     order = np.argsort(-counts, kind="stable")
     kept = order[np.unique(group[order], return_index=True)[1]]
     return np.setdiff1d(np.arange(len(x)), kept)

@@ -25,7 +25,7 @@ from elastocal.elastic.nuisance import Nuisance, usual_compliances
 from elastocal.elastic.regressor import regressor
 from elastocal.elastic.springs import VirtualJoints, joint_springs, merged
 from elastocal.elastic.unknowns import Unknowns, joined, left_alone
-from elastocal.planning.near import together
+from elastocal.planning.near import near_load_cases
 from elastocal.robot.posture import Posture
 from elastocal.study.experiment_space import LoadCaseSpace
 from elastocal.study.left_rigid import counted
@@ -72,7 +72,7 @@ class WithErrors:
         usual = usual_compliances(self.study.robot, self.nuisance)
         return np.array([usual[name] for name in self.bending.names])
 
-    @property
+    @cached_property
     def space(self) -> LoadCaseSpace:
         """The load cases to choose from, with rows in units of all that errs."""
         study, errors = self.study, self.nuisance.errors
@@ -89,6 +89,15 @@ class WithErrors:
         arm = replace(study.fitted_arm, springs=springs)
         return replace(study.space, arm=arm, makers=makers, errors=known)
 
+    def groups(self, cases: LoadCases) -> IntArray:
+        """(S,) number of the group of each load case that shares its errors with others."""
+        return near_load_cases(self.study.robot, cases, self.space.information(cases))
+
+    def sharing(self, cases: LoadCases, repeats: IntArray) -> Array:
+        """(S,) readings that share the errors of each load case, measured (S,) times."""
+        group = self.groups(cases)
+        return np.asarray(np.bincount(group, weights=repeats.astype(float))[group])
+
     def informations(self, cases: LoadCases, repeats: IntArray) -> Array:
         """(S, f + e, f + e) of S load cases, each measured `repeats` times, (S,).
 
@@ -101,7 +110,7 @@ class WithErrors:
         arm, count = study.fitted_arm, repeats.astype(float)[:, None, None]
         bending, usual = replace(arm, springs=self.bending), self.usual
         rows = study.fitted.columns(regressor(arm, cases))
-        sharing = together(study.robot, cases, repeats)[:, None, None]
+        sharing = self.sharing(cases, repeats)[:, None, None]
         noise = noise_of(study, cases) + own_covariance(errors, bending, usual, cases)
         noise = (noise + sharing * shared_covariance(errors, bending, usual, cases)) / count
         _, common = common_columns(errors, bending, usual, cases)
