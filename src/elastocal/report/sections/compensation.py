@@ -160,6 +160,8 @@ def _remaining(contents: Contents, done: Compensation) -> Values:
         "judged": None if contents.judged is None else length(rms(contents.judged)),
         "inside": None if contents.judged is None else as_expected(done, contents.judged),
         "control": None if contents.control is None else length(rms(contents.control)),
+        "limit": length(done.limit),
+        "floor": length(rms(done.floor)) if done.floor.any() else "",
         "exact": bool((done.model.covariance == 0.0).all()),
     }
 
