@@ -147,6 +147,7 @@ Code = Literal[
     "base-elsewhere",
     # of a plan
     "search-stopped",
+    "loss-above",
     "hardly-needed",
     "half-known",
     "constraint-broken",

@@ -25,7 +25,7 @@ NEAR_SLIDING = 0.1
 
 def near_configurations(robot: Robot, q: Array) -> IntArray:
     """(S,) number of the group of each configuration (S, n): a chain of near ones is one."""
-    return _groups(_turned(robot, q, q) <= NEAR)
+    return _groups(apart(robot, q, q) <= NEAR)
 
 
 def near_load_cases(robot: Robot, cases: LoadCases, informations: Array) -> IntArray:
@@ -44,22 +44,22 @@ def near_load_cases(robot: Robot, cases: LoadCases, informations: Array) -> IntA
 
 def distances(robot: Robot, one: LoadCases, other: LoadCases) -> Array:
     """(A, B) largest difference of a joint, or of the direction of force or moment [rad]."""
-    apart = _turned(robot, one.q, other.q)
+    between = apart(robot, one.q, other.q)
     for part in (slice(0, 3), slice(3, 6)):
         first, second = one.wrench[:, part], other.wrench[:, part]
         size = np.outer(np.linalg.norm(first, axis=1), np.linalg.norm(second, axis=1))
         there = size > 0.0
         cosine = np.clip((first @ second.T) / np.where(there, size, 1.0), -1.0, 1.0)
-        apart = np.maximum(apart, np.where(there, np.arccos(cosine), 0.0))
-    return np.asarray(apart)
+        between = np.maximum(between, np.where(there, np.arccos(cosine), 0.0))
+    return np.asarray(between)
 
 
-def _turned(robot: Robot, first: Array, second: Array) -> Array:
-    """(A, B) largest difference of a joint; whole turns do not matter, 0.1 m are 10°."""
-    apart = np.abs(first[:, None] - second)
-    turned = np.abs(apart - 2.0 * np.pi * np.round(apart / (2.0 * np.pi)))
-    apart = np.where(robot.prismatic, apart * (NEAR / NEAR_SLIDING), turned)
-    return np.asarray(apart.max(axis=2, initial=0.0))
+def apart(robot: Robot, first: Array, second: Array) -> Array:
+    """(A, B) largest difference of a joint; whole turns do not matter, 0.1 m are 10° [rad]."""
+    between = np.abs(first[:, None] - second)
+    turned = np.abs(between - 2.0 * np.pi * np.round(between / (2.0 * np.pi)))
+    between = np.where(robot.prismatic, between * (NEAR / NEAR_SLIDING), turned)
+    return np.asarray(between.max(axis=2, initial=0.0))
 
 
 def _groups(close: BoolArray) -> IntArray:

@@ -44,6 +44,7 @@ from elastocal.planning.mends import Mend, mends
 from elastocal.planning.needed import half_known, hardly_needed
 from elastocal.planning.one_side import azimuth_range
 from elastocal.planning.plain_values import Plain, simplify
+from elastocal.planning.robust import loss_above, robust
 from elastocal.planning.spread import spread
 from elastocal.planning.visibility import Visibility, visibility
 from elastocal.robot.posture import Posture
@@ -98,7 +99,8 @@ class Plan:
 
     @cached_property
     def doubts(self) -> tuple[Doubt, ...]:
-        """What is weak: a search that was stopped; joints taken as rigid that the task bends, which
+        """What is weak: a search that was stopped; more left without one configuration than is
+        allowed; joints taken as rigid that the task bends, which
         ρ0 leaves out; compliances that the experiments hardly tell, or that the task hardly needs;
         what is hardly watched; what is out of reach."""
         rigid = [d for d in left_rigid(self.study) if d.code == "rigid-at-test-pose"]
@@ -110,7 +112,8 @@ class Plan:
             *hardly_needed(self.study, self.assessment),
         )
         out = out_of_reach(self.study.motion_space)
-        return (*stopped, *rigid, *hardly, *usual, *watched, *out)
+        lost = loss_above(self.study, self.assessment, self.certificate)
+        return (*stopped, *lost, *rigid, *hardly, *usual, *watched, *out)
 
     @cached_property
     def blind(self) -> BlindErrors | None:
@@ -226,6 +229,12 @@ def plan(
     )
 
 
+def loss_limit(study: Study, bound: Bound) -> float | None:
+    """What may be left without any one configuration [m]; None if that is not asked for."""
+    share = study.experiments.robust
+    return None if share is None else share * bound.loss(study.experiments.count)
+
+
 class _Outcome(NamedTuple):
     """What the search ends with."""
 
@@ -298,8 +307,15 @@ def _searched(
         if aim.shares and not found.stopped:
             tell("load cases near to each other", 1.0)
             design = spread(aim, reachable, goal, found, np.random.default_rng([seed, 3]))
+        limit = loss_limit(study, bound)
+        if limit is not None and not found.stopped:
+            tell("plans that can lose a configuration", 1.0)
+            chance = np.random.default_rng([seed, 5])
+            design = robust(aim, reachable, goal, design, limit, chance)
         plain = simplify(space, space.load_cases(design.x))
-        single = merged(goal, design, _roomiest(study, plain.cases))
+        single = design  # of those that tell the same one may be lost
+        if limit is None:
+            single = merged(goal, design, _roomiest(study, plain.cases))
         if single is not design:
             design, plain = single, simplify(space, space.load_cases(single.x))
         cases = plain.cases

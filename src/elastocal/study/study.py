@@ -89,6 +89,8 @@ class Experiments:
         count: Number of experiments m.
         max_configurations: Most distinct load cases, None for as many as experiments.
         moment: Which moments may act [N·m].
+        robust: How many times the best ρ0, or promise, may be left without any one configuration;
+            None: that is not asked for.
     """
 
     tool: Tool
@@ -96,6 +98,7 @@ class Experiments:
     count: int
     max_configurations: int | None = None
     moment: Load = field(default_factory=lambda: FixedVector(np.zeros(3)))
+    robust: float | None = None
 
     def __post_init__(self) -> None:
         if not 1 <= self.count <= 1_000_000:
@@ -106,6 +109,8 @@ class Experiments:
             raise InputError(
                 f"max_configurations must be at least 1, found {self.max_configurations}"
             )
+        if self.robust is not None and not 1.0 < self.robust < np.inf:
+            raise InputError(f"robust must be above 1 and finite, found {self.robust}")
         if self.force.size == 0.0 and self.moment.size == 0.0:
             raise InputError(
                 "the experiments have neither force nor torque: without load nothing deflects "

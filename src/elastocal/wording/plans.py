@@ -58,7 +58,21 @@ def told(doubt: Doubt, sentence: str) -> str:
     return f"{'Weak' if doubt.code in _WEAK else 'Note'}: {sentence}"
 
 
-_WEAK: frozenset[Code] = frozenset({"search-stopped", "rigid-at-test-pose", "hardly-known"})
+_WEAK: frozenset[Code] = frozenset(
+    {"search-stopped", "loss-above", "rigid-at-test-pose", "hardly-known"}
+)
+
+
+def _loss_above(doubt: Doubt) -> str:
+    found = {name: doubt.numbers.get(name, 0.0) for name in ("times", "asked", "least")}
+    said = (
+        f"without one of its configurations the plan leaves {number(found['times'], 3)} times the "
+        f"best there is, {number(found['asked'], 3)} are asked for"
+    )
+    distinct = counted(round(doubt.numbers["configurations"]), "configuration")
+    if found["least"] > found["asked"]:
+        return f"{said}; with {distinct} no plan leaves less than {number(found['least'], 3)} times"
+    return f"{said}; more than {distinct} may help"
 
 
 def _hardly_known(doubt: Doubt) -> str:
@@ -213,6 +227,7 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         f"{counted(round(doubt.numbers['generations']), 'generation')} of plans: a longer one may "
         "find a better plan, and the same seed need not lead to this one again"
     ),
+    "loss-above": _loss_above,
     "hardly-known": _hardly_known,
     "half-known": _half_known,
     "hardly-needed": _hardly_needed,

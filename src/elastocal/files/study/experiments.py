@@ -56,6 +56,7 @@ class ExperimentsFile(Section):
     torque_direction: Direction | None = None
     count: Count
     max_configurations: Count | None = None
+    robust: Positive | None = None
 
 
 def experiments_of(entry: ExperimentsFile, tools: Mapping[str, Tool]) -> Experiments:
@@ -73,12 +74,22 @@ def experiments_of(entry: ExperimentsFile, tools: Mapping[str, Tool]) -> Experim
             f"max_configurations {entry.max_configurations} "
             f"is more than the {entry.count} experiments",
         )
+    distinct = entry.max_configurations or entry.count
+    if entry.robust is not None and not entry.robust > 1.0:
+        raise LocatedError(
+            ("robust",),
+            "robust is how many times the best ρ0 may be left without any one configuration: it "
+            f"must be above 1, found {entry.robust:g}",
+        )
+    if entry.robust is not None and distinct < 2:
+        raise LocatedError(("robust",), "robust needs at least two configurations, found 1")
     return Experiments(
         find_tool(tools, entry.tool),
         force or none,
         entry.count,
         entry.max_configurations,
         moment or none,
+        entry.robust,
     )
 
 

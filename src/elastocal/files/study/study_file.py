@@ -39,7 +39,7 @@ from elastocal.files.yaml_lines import Located, LocatedError, at, parse
 from elastocal.robot.chain import Robot
 from elastocal.robot.joint_room import outside
 from elastocal.robot.pose_check import refuse_too_few
-from elastocal.study.criteria import CRITERIA
+from elastocal.study.criteria import CRITERIA, RHO0
 from elastocal.study.known import Known
 from elastocal.study.study import Study, TestPose, check_weights, springs_of
 from elastocal.study.test_path import TestPath
@@ -165,6 +165,11 @@ def _study(file: StudyFile, path: Path, text: str, given: KnownOf | None) -> Stu
         raise LocatedError(
             ("criterion",),
             f"criterion {file.criterion!r} is not known; expected one of {', '.join(CRITERIA)}",
+        )
+    if experiments.robust is not None and file.criterion != RHO0.name:
+        raise LocatedError(
+            ("experiments", "robust"),
+            f"robust speaks of ρ0: the criterion must be {RHO0.name}, found {file.criterion!r}",
         )
     _check_involved(springs, _fitted(springs, before), poses)
     with at("controller"):
