@@ -13,12 +13,13 @@ from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import regressor
 from elastocal.fitting.goodness import lack_of_fit
-from elastocal.fitting.mixed import Rows
+from elastocal.fitting.mixed import Rows, noise_variance, spread_found
 from elastocal.fitting.robust import robust_scale
 from elastocal.identification.doubts import doubts
 from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
 from elastocal.identification.left_out_error import left_out_error
+from elastocal.identification.uncertainty import _variance
 from elastocal.identification.validation import leave_one_out, validate
 from tests.identification.test_nuisance import (
     ERRORS,
@@ -210,3 +211,20 @@ def test_common_errors_of_loads_are_of_the_load_cases_of_the_fit() -> None:
     prior = np.diag(np.concatenate([np.zeros(3), what.deviation**-2.0, np.ones(4)]))
     spread = np.linalg.inv(weight * rows.T @ rows + prior)
     np.testing.assert_allclose(np.diagonal(found.unknown_covariance), np.diagonal(spread), rtol=0.1)
+
+
+def test_noise_that_is_told_by_next_to_nothing_is_not_told() -> None:
+    """Every coordinate errs by ten times the noise besides: less than three degrees of freedom."""
+    rng = np.random.default_rng(5)
+    told, held_back = 0, 0
+    for size in (0.1, 10.0):
+        for _ in range(30):
+            values = np.sqrt(1.0 + size) * rng.normal(size=36)
+            rows = Rows(rng.normal(size=(36, 5)), values, np.ones(36), np.full(36, size))
+            found, shown = noise_variance(rows), _variance(rows, 1.0)
+            enough = found > 0.0 and spread_found(rows, found).dof >= 3.0
+            assert shown == (found if enough else 0.0)
+            told += enough
+            held_back += found > 0.0 and not enough
+    assert told >= 30
+    assert held_back >= 3
