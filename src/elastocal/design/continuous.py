@@ -80,6 +80,7 @@ def continuous_design(
     certified: InformationFunction | None = None,
     base: Array | None = None,
     known: Array | None = None,
+    tolerance: float | None = None,
     progress: Progress | None = None,
 ) -> ContinuousDesign:
     """Best continuous design and an upper bound for every design of unit weight.
@@ -91,10 +92,12 @@ def continuous_design(
         certified: Criterion to bound, if not `criterion` itself.
         base: (p, p) information there is anyway, per unit of weight.
         known: (K, d) feasible points worth having among the candidates.
+        tolerance: Relative gap between value and bound at which to stop; that of so many unknowns
+            if None.
         progress: Told the gap as it closes.
     """
     base = np.zeros((space.parameters,) * 2) if base is None else base
-    tolerance = tolerance_of(space.parameters)
+    tolerance = tolerance_of(space.parameters) if tolerance is None else tolerance
     tell = progress or (lambda what, gap: None)
     tell("feasible load cases", np.inf)
     pool = space.sample(_CANDIDATES, rng)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -15,7 +16,6 @@ from elastocal.design.continuous import (
     ContinuousDesign,
     continuous_design,
     taken_together,
-    tolerance_of,
 )
 from elastocal.design.criterion import Criterion, InformationFunction
 from elastocal.design.dual_bound import ROUNDING, dual_bound_of
@@ -179,15 +179,22 @@ def lower_bound(
             shown = what if np.isinf(gap) else f"{what}, gap {gap:.0e}"
             progress(shown, 0.4 * float(np.clip(closed, 0.0, 1.0)))
 
+    search = partial(
+        continuous_design,
+        space,
+        rng=rng,
+        base=base,
+        known=known,
+        tolerance=aim.tolerance,
+        progress=tell,
+    )
     try:
         with stoppable(stop):
-            design = continuous_design(space, criterion, rng, base=base, known=known, progress=tell)
+            design = search(criterion)
             if design.gap < _OPEN and not design.singular:
                 return Bound(aim, criterion, design, uneven=_uneven(aim, design, rng))
             target = with_floor(aim, criterion, space.sample(500, rng))
-            design = continuous_design(
-                space, target, rng, certified=criterion, base=base, known=known, progress=tell
-            )
+            design = search(target, certified=criterion)
             return Bound(aim, target, design, uneven=_uneven(aim, design, rng))
     except Stopped:
         return Bound(aim, criterion, None, stopped=True)
@@ -239,7 +246,7 @@ def confirmed(
     found, s, _ = climb(space, x, dual.gradient, ((150, len(x)),))
     found = np.concatenate([found, x])
     s = np.append(s, sensitivity(space, x, square_root(dual.gradient)))
-    if s.max() > dual.largest * (1.0 + tolerance_of(space.parameters)) and attempts:
+    if s.max() > dual.largest * (1.0 + bound.aim.tolerance) and attempts:
         bound = lower_bound(study, rng, known=found[s > 0.0], stop=stop)
         return confirmed(study, bound, x, rng, attempts=attempts - 1, stop=stop)
     if s.max() <= dual.largest * (1.0 + ROUNDING):

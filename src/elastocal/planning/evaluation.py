@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
-from elastocal.design.continuous import tolerance_of
 from elastocal.design.twins import twins
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import Code, Doubt
@@ -230,7 +229,7 @@ def _false_bounds(
     m = study.experiments.count
     reached = float(bound.aim.criterion.value(bound.design.total[None])[0])
     least = max(bound.aim.loss(m * reached), proof.lower_bound)
-    beyond = least * (1.0 + tolerance_of(len(study.fitted)))
+    beyond = least * (1.0 + bound.aim.tolerance)
     if proof.position_bound is not None and promised > beyond:
         yield _claim("claims-bound", promised, proof.position_bound)
     most = min(worth_by(bound.aim, worth) / (m * reached), 1.0)

@@ -38,6 +38,7 @@ typedef struct {
     vector *back;      /* (3, markers) by where the robot comes back to */
     vector *wide;      /* (targets, 3) by what nothing explains */
     lanes root[2];     /* deviation of that at a marker, of the rotation */
+    lanes *column;     /* (R) */
     lanes *factor;     /* (R, R) L of the covariance L Lᵀ of all, 1 over its diagonal in place */
 } Erring;
 
@@ -83,7 +84,7 @@ INLINE int turning(const Space *s) { return s->errors.tilt > 0.0 || s->errors.tu
 static int64_t erring_size(const Space *s) {
     const int64_t t = targets(s), r = rows_of(s);
     return s->errors.any ? 3 * t * (1 + 3 + s->springs + 1 + 3 + 3) + 9 * s->markers +
-                               3 * s->springs + r * r
+                               3 * s->springs + r + r * r
                          : 0;
 }
 
@@ -99,6 +100,7 @@ static Erring erring_in(const Space *s, lanes *memory) {
     e.wide = (vector *)memory, memory += 9 * t;
     e.back = (vector *)memory, memory += 9 * s->markers;
     e.exerted = memory, memory += 3 * s->springs;
+    e.column = memory, memory += rows_of(s);
     e.factor = memory;
     e.repeats = every(s->errors.together);
     return e;

@@ -84,6 +84,22 @@ INLINE void add_column(lanes *covariance, int64_t rows, int64_t first, int64_t c
             covariance[(first + i) * rows + first + j] += column[i] * column[j];
 }
 
+/* The numbers of an unknown, one below the other, and back. */
+INLINE void take_column(const vector *rows, int64_t width, int64_t unknowns, lanes *column) {
+    for (int64_t t = 0; t < width; t++) memcpy(column + 3 * t, rows + t * unknowns, sizeof *rows);
+}
+INLINE void put_column(vector *rows, int64_t width, int64_t unknowns, const lanes *column) {
+    for (int64_t t = 0; t < width; t++) memcpy(rows + t * unknowns, column + 3 * t, sizeof *rows);
+}
+
+/* L⁻ᵀ times a column, in place. */
+INLINE void solve_back(const lanes *factor, int64_t rows, lanes *column) {
+    for (int64_t i = rows - 1; i >= 0; i--) {
+        column[i] *= factor[i * rows + i];
+        for (int64_t k = 0; k < i; k++) column[k] -= factor[i * rows + k] * column[i];
+    }
+}
+
 /* The rows in units of all that errs. */
 static void absorb(const Space *s, Place *p) {
     const Errors *size = &s->errors;
@@ -110,13 +126,15 @@ static void absorb(const Space *s, Place *p) {
             for (int64_t k = 0; k < j; k++) sum -= f[i * rows + k] * f[j * rows + k];
             f[i * rows + j] = i == j ? 1.0 / root(sum) : sum * f[j * rows + j];
         }
-    for (int64_t u = 0; u < s->unknowns; u++)
-        for (int64_t i = 0; i < rows; i++) {
-            lanes *at = (lanes *)(p->rows + i / 3 * s->unknowns + u) + i % 3, sum = *at;
-            for (int64_t k = 0; k < i; k++)
-                sum -= f[i * rows + k] * ((lanes *)(p->rows + k / 3 * s->unknowns + u))[k % 3];
-            *at = sum * f[i * rows + i];
+    for (int64_t u = 0; u < s->unknowns; u++) {
+        lanes *column = e->column;
+        take_column(p->rows + u, width, s->unknowns, column);
+        for (int64_t k = 0; k < rows; k++) { /* by columns: nothing waits for a sum */
+            column[k] *= f[k * rows + k];
+            for (int64_t i = k + 1; i < rows; i++) column[i] -= f[i * rows + k] * column[k];
         }
+        put_column(p->rows + u, width, s->unknowns, column);
+    }
 }
 
 /* Gradients in what errs, and in the rows before they were turned. */
@@ -132,17 +150,15 @@ typedef struct {
 static int64_t erring_pull_size(const Space *s) {
     const int64_t t = targets(s);
     if (!s->errors.any) return 0;
-    return 3 * t * (2 * s->unknowns + s->springs + 1 + 1 + 3 + 1) + 9 * t * t;
+    return 3 * t * (s->unknowns + 2 + s->springs + 1 + 1 + 3 + 1) + 9 * t * t;
 }
 
-/* Q b, a symmetric matrix times a column over so many numbers from the first on. */
+/* Q b, for a column over so many numbers from the first on; Q is kept column by column. */
 INLINE void times_matrix(const lanes *q, int64_t rows, int64_t first, int64_t count,
                          const lanes *column, lanes *to) {
-    for (int64_t i = 0; i < rows; i++) {
-        lanes sum = every(0.0);
-        for (int64_t k = 0; k < count; k++) sum += q[i * rows + first + k] * column[k];
-        to[i] = sum;
-    }
+    for (int64_t i = 0; i < rows; i++) to[i] = every(0.0);
+    for (int64_t k = 0; k < count; k++)
+        for (int64_t i = 0; i < rows; i++) to[i] += q[(first + k) * rows + i] * column[k];
 }
 
 /* What a gradient in a column of a target, in units of its noise, is in the column itself; how that
@@ -167,8 +183,8 @@ static ErringBars pull_absorbed(const Space *s, const Place *p, const vector *ba
     const lanes *f = e->factor, shared = root(e->repeats);
     ErringBars b;
     b.rows = (vector *)memory, memory += 3 * width * unknowns;
-    vector *white = (vector *)memory;
-    memory += 3 * width * unknowns;
+    lanes *pulled = memory, *white = memory + rows; /* columns of Z and Y */
+    memory += 2 * rows;
     b.rubbed = (vector *)memory, memory += 3 * s->springs * width;
     b.gained = (vector *)memory, memory += 3 * width;
     b.total = (vector *)memory, memory += 3 * width;
@@ -176,25 +192,16 @@ static ErringBars pull_absorbed(const Space *s, const Place *p, const vector *ba
     vector *column = (vector *)memory;
     memory += 3 * width;
     lanes *q = memory; /* -Z Yᵀ, twice the gradient in the covariance */
-    memcpy(b.rows, bars, (size_t)(width * unknowns) * sizeof *bars);
-    memcpy(white, p->rows, (size_t)(width * unknowns) * sizeof *white);
-    vector *both[] = {b.rows, white};
-    for (int w = 0; w < 2; w++)
-        for (int64_t u = 0; u < unknowns; u++)
-            for (int64_t i = rows - 1; i >= 0; i--) {
-                lanes *at = (lanes *)(both[w] + i / 3 * unknowns + u) + i % 3, sum = *at;
-                for (int64_t k = i + 1; k < rows; k++)
-                    sum -= f[k * rows + i] * ((lanes *)(both[w] + k / 3 * unknowns + u))[k % 3];
-                *at = sum * f[i * rows + i];
-            }
-    for (int64_t i = 0; i < rows; i++)
-        for (int64_t j = 0; j < rows; j++) {
-            lanes sum = every(0.0);
-            for (int64_t u = 0; u < unknowns; u++)
-                sum += ((lanes *)(b.rows + i / 3 * unknowns + u))[i % 3] *
-                       ((lanes *)(white + j / 3 * unknowns + u))[j % 3];
-            q[i * rows + j] = -sum;
-        }
+    for (int64_t i = 0; i < rows * rows; i++) q[i] = every(0.0);
+    for (int64_t u = 0; u < unknowns; u++) {
+        take_column(bars + u, width, unknowns, pulled);
+        take_column(p->rows + u, width, unknowns, white);
+        solve_back(f, rows, pulled);
+        solve_back(f, rows, white);
+        put_column(b.rows + u, width, unknowns, pulled);
+        for (int64_t j = 0; j < rows; j++)
+            for (int64_t i = 0; i < rows; i++) q[j * rows + i] -= pulled[i] * white[j];
+    }
     for (int64_t u = 0; u < s->springs; u++) {
         if (size->rubbing[u] == 0.0) continue;
         lanes *to = (lanes *)(b.rubbed + u * width);
