@@ -11,8 +11,13 @@ import elastocal as ec
 from elastocal.errors import InfeasibleError
 from elastocal.planning.near import NEAR, distances
 from elastocal.planning.to_validate import to_validate
+from elastocal.robot.chain import Robot
 from tests.kr270 import kr270_study
 from tests.planning.test_promise import PLAN
+
+
+def between(robot: Robot, one: ec.LoadCases, other: ec.LoadCases) -> np.ndarray:
+    return distances(robot, one.q, one.wrench, other.q, other.wrench)
 
 
 def test_they_are_feasible_and_far_from_what_is_fitted_and_from_each_other() -> None:
@@ -20,8 +25,8 @@ def test_they_are_feasible_and_far_from_what_is_fitted_and_from_each_other() -> 
     found = to_validate(study, PLAN, 8)
     assert len(found.load_cases) == 8
     assert not ec.assess(study, found.load_cases, found.repeats).violations
-    away = distances(study.robot, found.load_cases, PLAN).min(axis=1)
-    each = distances(study.robot, found.load_cases, found.load_cases)
+    away = between(study.robot, found.load_cases, PLAN).min(axis=1)
+    each = between(study.robot, found.load_cases, found.load_cases)
     nearest = np.minimum(away, (each + np.diag(np.full(8, np.inf))).min(axis=1))
     np.testing.assert_allclose(found.apart, nearest)
     assert found.apart.min() > 3.0 * NEAR
@@ -35,7 +40,7 @@ def test_random_ones_are_nearer() -> None:
     found = to_validate(study, PLAN, 8).apart.min()
     rng = np.random.default_rng(0)
     drawn = [study.space.load_cases(study.space.sample(8, rng)) for _ in range(20)]
-    assert found > max(distances(study.robot, cases, PLAN).min() for cases in drawn)
+    assert found > max(between(study.robot, cases, PLAN).min() for cases in drawn)
 
 
 def test_the_same_seed_finds_the_same() -> None:

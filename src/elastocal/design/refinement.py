@@ -6,6 +6,7 @@ constraints.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,16 +29,21 @@ class Goal:
         space: Where experiments can be chosen from.
         criterion: What to maximise.
         base: (p, p) information there is anyway.
+        readings: Of the points (B, s, d) of plans with repeats (B, s): (B, s) readings that share
+            errors, those of other points among them; None: those of each point alone. Points move
+            as if they shared nothing, plans are judged by this.
     """
 
     space: DesignSpace
     criterion: Criterion
     base: Array
+    readings: Callable[[Array, IntArray], Array] | None = None
 
     def totals(self, x: Array, counts: IntArray) -> tuple[Array, BoolArray]:
         """(B, p, p) information of plans (B, s, d) with repeats (B, s), and which are feasible."""
         batch, s, d = x.shape
-        evaluation = self.space.evaluate(x.reshape(-1, d), counts.ravel().astype(float))
+        sharing = counts if self.readings is None else self.readings(x, counts)
+        evaluation = self.space.evaluate(x.reshape(-1, d), sharing.ravel().astype(float))
         each = information(evaluation.blocks).reshape(batch, s, self.space.parameters, -1)
         total = self.base + np.einsum("bs,bsij->bij", counts, each)
         feasible = (evaluation.margins >= -1e-8).reshape(batch, -1).all(axis=1)

@@ -53,21 +53,28 @@ class Aim:
         """Whether it is what a plan promises, errors of load cases included."""
         return self.told is not None
 
-    def goal(self, space: LoadCaseSpace | None = None) -> Goal:
-        """For the search, in a part of the space."""
-        return Goal(self.space if space is None else space, self.criterion, self.base)
+    def goal(self, space: LoadCaseSpace | None = None, criterion: Criterion | None = None) -> Goal:
+        """For the search, in a part of the space, with a floor."""
+        readings = self.readings if self.shares else None
+        return Goal(space or self.space, criterion or self.criterion, self.base, readings)
 
-    def total(self, cases: LoadCases, repeats: IntArray) -> Array:
-        """(p, p) information of load cases, each measured `repeats` times, and what is known.
+    def readings(self, x: Array, counts: IntArray) -> Array:
+        """(B, s) readings that share errors, of the points (B, s, d) of plans with these repeats.
 
         Near ones share errors as repeats do.
         """
+        if self.told is None:
+            return counts.astype(float)
+        return self.told.sharing(self.space.load_cases(x.reshape(-1, x.shape[2])), counts)
+
+    def total(self, cases: LoadCases, repeats: IntArray) -> Array:
+        """(p, p) information of load cases, each measured `repeats` times, and what is known."""
         return np.asarray(self.base + self.informations(cases, repeats).sum(axis=0))
 
     def informations(self, cases: LoadCases, repeats: IntArray) -> Array:
         """(S, p, p) what each of them adds to it."""
-        sharing = None if self.told is None else self.told.sharing(cases, repeats)
-        blocks = self.space.evaluate(self.space.points(cases), sharing).blocks
+        x = self.space.points(cases)
+        blocks = self.space.evaluate(x, self.readings(x[None], repeats[None]).ravel()).blocks
         return np.asarray(repeats.astype(float)[:, None, None] * information(blocks))
 
     @property

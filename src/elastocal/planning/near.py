@@ -13,8 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from elastocal.arrays import Array, BoolArray, IntArray
-from elastocal.design.twins import twins
-from elastocal.elastic.load_cases import LoadCases
+from elastocal.design.twins import ALIKE
 from elastocal.robot.chain import Robot
 
 NEAR = float(np.radians(10.0))
@@ -25,48 +24,73 @@ NEAR_SLIDING = 0.1
 
 def near_configurations(robot: Robot, q: Array) -> IntArray:
     """(S,) number of the group of each configuration (S, n): a chain of near ones is one."""
-    return _groups(apart(robot, q, q) <= NEAR)
+    return np.asarray(np.unique(_first(apart(robot, q, q) <= NEAR), return_inverse=True)[1])
 
 
-def near_load_cases(robot: Robot, cases: LoadCases, informations: Array) -> IntArray:
-    """(S,) number of the group of each load case, by configuration, load and information (S, p, p).
+def near_load_cases(robot: Robot, q: Array, wrench: Array, informations: Array) -> IntArray:
+    """(..., S) the first of the group of each load case, by configuration, load and information.
+
+    Args:
+        robot: The robot.
+        q: (..., S, n) configurations.
+        wrench: (..., S, 6) loads.
+        informations: (..., S, p, p) what each tells.
 
     Source: ours.
     """
-    close = distances(robot, cases, cases) <= NEAR
-    for part in (cases.wrench[:, :3], cases.wrench[:, 3:]):
-        size = np.linalg.norm(part, axis=1)
-        close &= np.minimum.outer(size, size) >= 0.5 * np.maximum.outer(size, size)
-    for group in twins(informations, np.ones(len(cases), dtype=np.int64)):
-        close[np.ix_(group, group)] = True
-    return _groups(close)
+    close = distances(robot, q, wrench, q, wrench) <= NEAR
+    for part in (wrench[..., :3], wrench[..., 3:]):
+        size = np.linalg.norm(part, axis=-1)
+        least = np.minimum(size[..., :, None], size[..., None, :])
+        close &= least >= 0.5 * np.maximum(size[..., :, None], size[..., None, :])
+    return _first(close | _alike(informations))
 
 
-def distances(robot: Robot, one: LoadCases, other: LoadCases) -> Array:
-    """(A, B) largest difference of a joint, or of the direction of force or moment [rad]."""
-    between = apart(robot, one.q, other.q)
+def distances(robot: Robot, q: Array, wrench: Array, other_q: Array, other_wrench: Array) -> Array:
+    """(..., A, B) largest difference of a joint, or of the direction of force or moment [rad]."""
+    between = apart(robot, q, other_q)
     for part in (slice(0, 3), slice(3, 6)):
-        first, second = one.wrench[:, part], other.wrench[:, part]
-        size = np.outer(np.linalg.norm(first, axis=1), np.linalg.norm(second, axis=1))
+        first, second = wrench[..., part], other_wrench[..., part]
+        sizes = (np.linalg.norm(one, axis=-1) for one in (first, second))
+        one, other = sizes
+        size = one[..., :, None] * other[..., None, :]
         there = size > 0.0
-        cosine = np.clip((first @ second.T) / np.where(there, size, 1.0), -1.0, 1.0)
-        between = np.maximum(between, np.where(there, np.arccos(cosine), 0.0))
+        along = first @ np.swapaxes(second, -1, -2) / np.where(there, size, 1.0)
+        turned = np.arccos(np.clip(along, -1.0, 1.0))
+        between = np.maximum(between, np.where(there, turned, 0.0))
     return np.asarray(between)
 
 
 def apart(robot: Robot, first: Array, second: Array) -> Array:
-    """(A, B) largest difference of a joint; whole turns do not matter, 0.1 m are 10° [rad]."""
-    between = np.abs(first[:, None] - second)
+    """(..., A, B) largest difference of a joint; whole turns do not matter, 0.1 m are 10° [rad]."""
+    between = np.abs(first[..., :, None, :] - second[..., None, :, :])
     turned = np.abs(between - 2.0 * np.pi * np.round(between / (2.0 * np.pi)))
     between = np.where(robot.prismatic, between * (NEAR / NEAR_SLIDING), turned)
-    return np.asarray(between.max(axis=2, initial=0.0))
+    return np.asarray(between.max(axis=-1, initial=0.0))
 
 
-def _groups(close: BoolArray) -> IntArray:
-    """(S,) numbers of the groups that a symmetric relation (S, S) makes, in order."""
-    lowest = np.arange(len(close))
+def _alike(informations: Array) -> BoolArray:
+    """(..., S, S) which informations (..., S, p, p) differ by next to nothing, unknown by unknown.
+
+    Unknowns are scaled by how well all together see them: their units do not matter.
+    """
+    diagonal = np.diagonal(informations.mean(axis=-3), axis1=-2, axis2=-1)
+    scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    scaled = informations * (scale[..., :, None] * scale[..., None, :])[..., None, :, :]
+    flat = scaled.reshape(*scaled.shape[:-2], -1)
+    square = (flat**2).sum(axis=-1)
+    between = square[..., :, None] + square[..., None, :] - 2.0 * flat @ np.swapaxes(flat, -1, -2)
+    largest = np.maximum(square[..., :, None], square[..., None, :])
+    return np.asarray(between <= ALIKE**2 * largest)
+
+
+def _first(close: BoolArray) -> IntArray:
+    """(..., S) the first that a chain of a symmetric relation (..., S, S) leads to."""
+    count = close.shape[-1]
+    close = close | np.eye(count, dtype=bool)
+    lowest = np.broadcast_to(np.arange(count), close.shape[:-1])
     while True:
-        new = np.where(close, lowest, len(close)).min(axis=1, initial=len(close))
+        new = np.where(close, lowest[..., None, :], count).min(axis=-1, initial=count)
         if (new == lowest).all():
-            return np.asarray(np.unique(lowest, return_inverse=True)[1].reshape(len(close)))
+            return np.asarray(new)
         lowest = new

@@ -61,7 +61,7 @@ def _joined(aim: Aim, goal: Goal, design: ExactDesign, worth: float) -> ExactDes
     """
     x, counts = design.x, design.counts
     group = _groups(aim, x)
-    for g in np.unique(group)[np.bincount(group) > 1].tolist():
+    for g in np.flatnonzero(np.bincount(group) > 1).tolist():
         own = group == g
         options = []
         for i in np.flatnonzero(own).tolist():
@@ -90,7 +90,7 @@ def _plain(aim: Aim, x: Array) -> LoadCases:
 def _groups(aim: Aim, x: Array) -> IntArray:
     """(S,) which of the points (S, d) share errors."""
     assert aim.told is not None
-    return aim.told.groups(_plain(aim, x))
+    return aim.told.groups(_plain(aim, x))[0]
 
 
 def _crowded(aim: Aim, x: Array, counts: IntArray) -> IntArray:

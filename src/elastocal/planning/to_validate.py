@@ -95,7 +95,7 @@ def _farthest(
     study: Study, fitted: LoadCases, pool: LoadCases, count: int
 ) -> tuple[LoadCases, Array]:
     """The load cases of a pool that are chosen one by one, and how far each is from the nearest."""
-    away = distances(study.robot, pool, fitted).min(axis=1)
+    away = _between(study, pool, fitted).min(axis=1)
     chosen: list[int] = []
     for _ in range(min(count, len(pool))):
         best = int(away.argmax())
@@ -103,13 +103,17 @@ def _farthest(
             break
         chosen.append(best)
         one = LoadCases(pool.q[[best]], pool.wrench[[best]])
-        away = np.minimum(away, distances(study.robot, pool, one)[:, 0])
+        away = np.minimum(away, _between(study, pool, one)[:, 0])
     if len(chosen) < count:
         raise InfeasibleError(
             f"there are {len(chosen)} configurations to validate with that are not those of the "
             f"plan, {count} are wanted"
         )
     cases = LoadCases(pool.q[chosen], pool.wrench[chosen])
-    others = distances(study.robot, cases, cases) + np.diag(np.full(count, np.inf))
-    first = distances(study.robot, cases, fitted).min(axis=1)
+    others = _between(study, cases, cases) + np.diag(np.full(count, np.inf))
+    first = _between(study, cases, fitted).min(axis=1)
     return cases, np.minimum(first, others.min(axis=1))
+
+
+def _between(study: Study, one: LoadCases, other: LoadCases) -> Array:
+    return distances(study.robot, one.q, one.wrench, other.q, other.wrench)

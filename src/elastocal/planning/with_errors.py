@@ -89,14 +89,26 @@ class WithErrors:
         arm = replace(study.fitted_arm, springs=springs)
         return replace(study.space, arm=arm, makers=makers, errors=known)
 
-    def groups(self, cases: LoadCases) -> IntArray:
-        """(S,) number of the group of each load case that shares its errors with others."""
-        return near_load_cases(self.study.robot, cases, self.space.information(cases))
+    def groups(self, cases: LoadCases, plans: int = 1) -> IntArray:
+        """(plans, S) the first load case of the group that shares errors, of load cases of plans.
+
+        `cases` are those of all the plans, one after the other.
+        """
+        informations = self.space.information(cases)
+        q, wrench, each = (
+            table.reshape(plans, -1, *table.shape[1:])
+            for table in (cases.q, cases.wrench, informations)
+        )
+        return near_load_cases(self.study.robot, q, wrench, each)
 
     def sharing(self, cases: LoadCases, repeats: IntArray) -> Array:
-        """(S,) readings that share the errors of each load case, measured (S,) times."""
-        group = self.groups(cases)
-        return np.asarray(np.bincount(group, weights=repeats.astype(float))[group])
+        """(plans, S) readings that share the errors of each load case, measured (plans, S) times.
+
+        `cases` are those of all the plans, one after the other.
+        """
+        group = self.groups(cases, len(repeats))
+        same = group[:, :, None] == group[:, None, :]
+        return np.asarray((same * repeats[:, None, :].astype(float)).sum(axis=2))
 
     def informations(self, cases: LoadCases, repeats: IntArray) -> Array:
         """(S, f + e, f + e) of S load cases, each measured `repeats` times, (S,).
@@ -110,7 +122,7 @@ class WithErrors:
         arm, count = study.fitted_arm, repeats.astype(float)[:, None, None]
         bending, usual = replace(arm, springs=self.bending), self.usual
         rows = study.fitted.columns(regressor(arm, cases))
-        sharing = self.sharing(cases, repeats)[:, None, None]
+        sharing = self.sharing(cases, repeats[None])[0][:, None, None]
         noise = noise_of(study, cases) + own_covariance(errors, bending, usual, cases)
         noise = (noise + sharing * shared_covariance(errors, bending, usual, cases)) / count
         _, common = common_columns(errors, bending, usual, cases)
