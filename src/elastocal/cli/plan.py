@@ -87,7 +87,6 @@ def plan_command(
     from elastocal.files.study.study_file import read_study
     from elastocal.study.criteria import renamed
     from elastocal.wording import worded
-    from elastocal.wording.lists import listed
 
     if mapping is not None and not after:
         raise InputError("--mapping belongs to --after, which is not given")
@@ -119,7 +118,7 @@ def plan_command(
         from elastocal.terminal.plans import show_to_validate
 
         show_to_validate(made.study.robot, beside)
-    print(f"wrote {listed([str(file) for file, _ in written])}")
+    print(f"wrote {out} and {sheet}" if beside is None else f"wrote {out}, {sheet} and {others}")
 
 
 def _to_validate(made: Plan, count: int, out: Path, seed: int) -> ToValidate:

@@ -14,7 +14,7 @@ from rich.text import Text
 from elastocal.arrays import IntArray
 from elastocal.cli.common import demo_file, replaceable, writable
 from elastocal.cli.inputs import errors_of, start_of, tool_called
-from elastocal.cli.planning import planned_for_now
+from elastocal.cli.planning import planned
 from elastocal.cli.stages import (
     virtual_campaigns,
     with_compensation,
@@ -40,6 +40,7 @@ from elastocal.identification.search import searched
 from elastocal.identification.validation import Validation, validate
 from elastocal.measuring.measurements import Measurements
 from elastocal.planning.plan import Plan
+from elastocal.planning.to_validate import to_validate
 from elastocal.report.contents import Contents
 from elastocal.simulation.campaigns import MonteCarlo
 from elastocal.simulation.true_robot import TrueRobot, true_robot
@@ -65,8 +66,7 @@ MADE = {
     "report": ("report.html",),
 }
 """Files that the demo makes, by their kind."""
-_SEARCH = 20.0  # seconds
-_KEPT_ASIDE = 8  # random experiments to validate with
+_KEPT_ASIDE = 8  # experiments to validate with
 _CAMPAIGNS = 25  # each on another robot
 
 
@@ -84,8 +84,10 @@ def do_job(folder: Path, seed: int, force: bool) -> None:
     _introduce(study, true)
     data = _measure(study, true, (made.load_cases, made.repeats), folder / "measurements.csv", rng)
     found = _identify(study, data, folder / "model.json")
-    _say(f"3. Validate on {_KEPT_ASIDE} experiments that were not used")
-    validation = _validate(study, found.model, true, folder / "validation.csv", rng)
+    _say(f"3. Validate on {_KEPT_ASIDE} experiments far from those that were used")
+    others = to_validate(study, made.load_cases, _KEPT_ASIDE, seed=seed)
+    apart = others.load_cases, others.repeats
+    validation = _validate(study, found.model, true, apart, folder / "validation.csv", rng)
     contents = Contents(
         made,
         identification=found,
@@ -125,8 +127,8 @@ def _prepare(folder: Path, force: bool) -> None:
 
 
 def _plan(study: Study, out: Path, seed: int) -> Plan:
-    """A plan, written and shown; of a short search, so that it has no certificate yet."""
-    made = planned_for_now(study, out, seed, None, _SEARCH)
+    """A plan, written and shown."""
+    made = planned(study, out, seed)
     show_plan(made)
     return made
 
@@ -176,20 +178,15 @@ def _validate(
     study: Study,
     model: ComplianceModel,
     true: TrueRobot,
+    apart: tuple[LoadCases, IntArray],
     out: Path,
     rng: np.random.Generator,
 ) -> Validation:
-    """Random experiments the model has not seen, and how well it predicts them."""
-    data = _measure(study, true, _random_plan(study, _KEPT_ASIDE, rng), out, rng)
+    """Experiments the model has not seen, and how well it predicts them."""
+    data = _measure(study, true, apart, out, rng)
     validation = validate(study.arm, model, kept_aside(data), errors=errors_of(study))
     show_validation(validation)
     return validation
-
-
-def _random_plan(study: Study, count: int, rng: np.random.Generator) -> tuple[LoadCases, IntArray]:
-    """Random load cases that the study allows, each measured once."""
-    cases = study.space.load_cases(study.space.sample(count, rng))
-    return cases, np.ones(len(cases), dtype=np.int64)
 
 
 def _compensate(
