@@ -172,7 +172,8 @@ def _tiles(plan: Plan, random: Array | None) -> list[Tile]:
             tiles.append(Tile("Against random", "∞", meaning))
     loss = plan.assessment.loss
     if loss is not None and np.isfinite(rho0):
-        meaning = f"ρ₀ without configuration {loss.load_case}, which is missed most"
+        what = "ρ₀" if plan.assessment.promise is None else "Promised"
+        meaning = f"{what} without configuration {loss.load_case}, which is missed most"
         if np.isfinite(loss.rho0):
             meaning += f": {number(loss.rho0 / promised, 2)} times as much."
         else:

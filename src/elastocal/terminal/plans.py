@@ -46,7 +46,8 @@ from elastocal.wording.plans import (
 from elastocal.wording.promises import WITHOUT, promise_sentences
 from elastocal.wording.watch import watch
 
-_OPEN = 5e-5  # gap between a design and its bound from which on it is said
+_OPEN = 5e-5  # gap between a design and its bound from which on it is said, ...
+_OPEN_PROMISE = 1.1e-3  # ... where the search closes it no further
 
 MEASURED = (
     "a measurement file, whose configurations and loads are judged as a plan, with the noise of "
@@ -86,7 +87,8 @@ def show_plan(plan: Plan) -> None:
     ):
         out.print(Text(sentence))
     if worth.loss is not None:
-        out.print(Text(loss_sentence(worth.loss.load_case, worth.loss.rho0, worth.promised)))
+        sizes = worth.loss.load_case, worth.loss.rho0, worth.promised
+        out.print(Text(loss_sentence(*sizes, promised=worth.promise is not None)))
     show_blind(plan.blind)
     show_mends(plan.mends)
     for doubt in plan.doubts:
@@ -206,7 +208,7 @@ def certificate_sentence(certificate: Certificate, count: int) -> str:
         + searched(c.fresh_starts, c.attained, c.narrow_starts, c.narrow_attained, c.rarest)
         + f" {missed(c.missed)}"
     )
-    if c.peak_ratio > 1.0 + _OPEN and not c.floored:
+    if c.peak_ratio > 1.0 + (_OPEN_PROMISE if c.promise else _OPEN) and not c.floored:
         open_ = 100.0 * (c.peak_ratio - 1.0)
         sentence += f" The search stopped early: the bound may be up to {open_:.2g} % too cautious."
     if c.floored:

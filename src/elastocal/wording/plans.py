@@ -94,9 +94,12 @@ def _half_known(doubt: Doubt) -> str:
     )
 
 
+_STILL = 1e-12  # m that are rounding
+
+
 def _hardly_needed(doubt: Doubt) -> str:
     most = max(doubt.numbers.values())
-    moved = f"by no more than {length(most)}" if most > 0.0 else "not at all"
+    moved = f"by no more than {length(most)}" if most > _STILL else "not at all"
     one = len(doubt.about) == 1
     return (
         f"{listed(doubt.about)}: of usual compliance {'it moves' if one else 'they move'} the tool "
@@ -150,12 +153,20 @@ NOT_TRIED = "the search was stopped before its bound had been tried from fresh s
 """Why a plan that was stopped has no certificate."""
 
 
-def loss_sentence(load_case: int, rho0: float, whole: float) -> str:
-    """What is left of a plan without the configuration that is missed most."""
+def loss_sentence(load_case: int, rho0: float, whole: float, *, promised: bool) -> str:
+    """What is left of a plan without the configuration that is missed most.
+
+    Args:
+        load_case: Its number.
+        rho0: ρ0 without it [m].
+        whole: ρ0 with it [m].
+        promised: Whether these are what the plan promises, errors of load cases included.
+    """
     lost = f"If configuration {load_case} is lost, to a bump or a beam that broke unseen, "
     if not math.isfinite(rho0):
         return f"{lost}the rest does not tell the compliances apart."
-    return f"{lost}ρ0 is {length(rho0)}, {number(rho0 / whole, 2)} times as much."
+    what = "the promise" if promised else "ρ0"
+    return f"{lost}{what} is {length(rho0)}, {number(rho0 / whole, 2)} times as much."
 
 
 def searches_sentence(searches: int, apart: float) -> str:
