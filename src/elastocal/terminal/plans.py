@@ -137,11 +137,11 @@ def _run_sheet(robot: Robot, plan: Plan) -> Table:
     blank = [""] * (0 if common else 1 + int(wrench[:, 3:].any()))
     for i in range(len(plan.load_cases) + 1):
         for passed in plan.via[i] if plan.via else ():
-            table.add_row("via", *(f"{v + 0.0:.2f}" for v in scale * passed), *blank, "")
+            table.add_row("via", *(f"{v:z.2f}" for v in scale * passed), *blank, "")
         if i == len(plan.load_cases):
             break
         q = plan.load_cases.q[i]
-        cells = [str(i + 1), *(f"{v + 0.0:.2f}" for v in scale * q)]
+        cells = [str(i + 1), *(f"{v:z.2f}" for v in scale * q)]
         if not common:
             cells.append(numbers(wrench[i, :3]))
         if not common and wrench[:, 3:].any():
@@ -229,7 +229,7 @@ def show_to_validate(robot: Robot, cases: ToValidate) -> None:
     table.add_column("apart °", justify="right")
     for i, q in enumerate(robot.shown_scale * cases.load_cases.q):
         apart = f"{np.degrees(cases.apart[i]):.0f}"
-        table.add_row(str(i + 1), *(f"{value + 0.0:.2f}" for value in q), apart)
+        table.add_row(str(i + 1), *(f"{value:z.2f}" for value in q), apart)
     whole(table)
     out.print(
         Text(

@@ -28,7 +28,7 @@ def show_program(program: RobotProgram, controller: str, *, coupled: bool, shows
     table.add_column("visits", justify="right")
     visits = [step.target for step in program.steps if isinstance(step, Move)]
     for i, (label, q) in enumerate(zip(program.target_names, program.targets, strict=True)):
-        values = [f"{value + 0.0:.3f}" for value in robot.shown_scale * q]
+        values = [f"{value:z.3f}" for value in robot.shown_scale * q]
         table.add_row(label, *values, f"{visits.count(i)}×")
     whole(table)
     out.print(Text("Joint values of the model; AP: approach point, P: pose, H: home."))

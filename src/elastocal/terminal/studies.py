@@ -195,7 +195,7 @@ def _pose(study: Study, pose: TestPose | TestPath) -> str:
     if pose.case is None or pose.tool is None:
         return "given as a matrix"
     scale = study.robot.shown_scale
-    values = " ".join(f"{v + 0.0:.1f}" for v in scale * pose.case.q[0])
+    values = " ".join(f"{v:z.1f}" for v in scale * pose.case.q[0])
     if isinstance(pose, TestPath):
         force = np.linalg.norm(pose.cases.wrench[:, :3], axis=1)
         size = f"{force.max():.4g}" if np.ptp(force) < 1e-3 * force.max() else _range(force)
