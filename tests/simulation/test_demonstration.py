@@ -17,6 +17,7 @@ from elastocal.simulation.true_robot import true_robot
 from elastocal.simulation.virtual_campaign import Reality
 from elastocal.simulation.with_nuisance import error_left
 from elastocal.study.study import Study
+from elastocal.wording.numbers import length
 from tests.kr270 import FOLDER
 
 ROOT = Path(__file__).parents[2]
@@ -72,10 +73,10 @@ def test_what_the_readme_prints_of_the_demo() -> None:
     np.testing.assert_allclose(shown, np.degrees(cases.q), atol=0.0051)
     assert [int(n) for _, n in rows] == repeats.tolist()
     flat = " ".join(printed.split())
-    assert f"Promised: {1e6 * told.rho0:.1f} µm, with 95 % below {1e6 * told.limit:.0f} µm" in flat
-    assert f"would claim {1e6 * told.without:.2f} µm" in flat
-    assert f"friction {1e6 * told.friction:.1f} µm" in flat
-    assert f"discrepancy {1e6 * told.discrepancy:.0f} µm" in flat
+    assert f"Promised: {length(told.rho0)}, with 95 % below {length(told.limit)}" in flat
+    assert f"would claim {length(told.without)}" in flat
+    assert f"friction {length(told.friction)}" in flat
+    assert f"discrepancy {length(told.discrepancy)}" in flat
 
 
 def table_of(page: str) -> list[list[str]]:
