@@ -99,11 +99,15 @@ _STILL = 1e-12  # m that are rounding
 
 def _hardly_needed(doubt: Doubt) -> str:
     most = max(doubt.numbers.values())
-    moved = f"by no more than {length(most)}" if most > _STILL else "not at all"
     one = len(doubt.about) == 1
+    moved = f"{'it does' if one else 'they do'} not move the tool at the test poses"
+    if most > _STILL:
+        moved = (
+            f"{'it moves' if one else 'they move'} the tool at the test poses by no more than "
+            f"{length(most)}, less than 1 % of what is promised"
+        )
     return (
-        f"{listed(doubt.about)}: of usual compliance {'it moves' if one else 'they move'} the tool "
-        f"at the test poses {moved}, less than 1 % of what is promised: how well "
+        f"{listed(doubt.about)}: of usual compliance {moved}: how well "
         f"{'it is' if one else 'they are'} known hardly matters there"
     )
 
