@@ -66,17 +66,20 @@ def test_it_is_believed_as_far_as_it_is_true(folder: Path, tmp_path: Path) -> No
     assert one["promise"]["rho0_mm"] == pytest.approx(
         json.loads(plan.read_text("utf-8"))["promise"]["rho0_mm"]
     )
-    document = json.loads(plan.read_text("utf-8"))
-    document["promise"]["rho0_mm"] *= 0.5
-    (tmp_path / "better.json").write_text(json.dumps(document), encoding="utf-8")
-    result = run("evaluate", study, tmp_path / "better.json", "--random", "0")
-    assert result.exit_code
-    assert "of its promise, rho0: it claims" in flat(result.output)
+    for key, name in (("rho0_mm", "rho0"), ("limit_95_mm", "limit")):
+        document = json.loads(plan.read_text("utf-8"))
+        document["promise"][key] *= 0.5
+        (tmp_path / "better.json").write_text(json.dumps(document), encoding="utf-8")
+        result = run("evaluate", study, tmp_path / "better.json", "--random", "0")
+        assert result.exit_code
+        assert f"of its promise, {name}: it claims" in flat(result.output)
 
 
 def test_the_rest_of_a_campaign_counts_it(folder: Path) -> None:
     rest = ("--after", folder / "m.csv", "--count", "8", "-o", folder / "rest.json")
-    assert "Promised" in done("plan", folder / "study.yaml", *rest)
+    said = flat(done("plan", folder / "study.yaml", *rest))
+    assert "Promised" in said
+    assert "What was measured before counts with the noise of its instrument alone" in said
     done("evaluate", folder / "study.yaml", folder / "rest.json", "--random", "0")
 
 

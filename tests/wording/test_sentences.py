@@ -11,7 +11,7 @@ import pytest
 
 from elastocal.errors import Code, Doubt
 from elastocal.wording import SENTENCES, ended, worded
-from elastocal.wording.numbers import readable
+from elastocal.wording.numbers import probability, readable
 from elastocal.wording.plans import freedom, only_of, told
 from tests.test_architecture import MAY_IMPORT, MODULES, room_of
 
@@ -88,7 +88,7 @@ def test_every_code_has_its_sentence() -> None:
         (
             Doubt("grows-with-load", numbers={"correlation": 0.55, "p_value": 7.4e-5}),
             "the residuals grow with the load (rank correlation 0.55), too far for chance "
-            "(p = 7.4e-05): the loads are not what is recorded, or a spring is missing; the "
+            "(p = 7.4×10⁻⁵): the loads are not what is recorded, or a spring is missing; the "
             "intervals do not count that",
         ),
         (
@@ -349,6 +349,11 @@ def test_large_compliances_are_in_micro_units() -> None:
     assert readable("m/N", 4.23e-5) == (1e6, "µm/N")
     for value in (2e-9, 9e-6, np.inf):
         assert readable("rad/(N·m)", value) == (1e9, "nrad/(N·m)")
+
+
+def test_a_probability_is_no_smaller_than_distributions_are_known() -> None:
+    said = [probability(p) for p in (0.5, 0.02, 7.4e-5, 6e-29, 0.0)]
+    assert said == ["p = 0.5", "p = 0.02", "p = 7.4×10⁻⁵", "p < 10⁻⁶", "p < 10⁻⁶"]
 
 
 def test_a_sentence_ends_with_one_mark() -> None:

@@ -187,10 +187,9 @@ def false_claims(
     if "rho0" in claims and _differ(claims["rho0"], worth.rho0, _AGREE):
         yield _claim("claims-rho0", claims["rho0"], worth.rho0)
     yield from _false_at_test_poses(study, worth, claims)
-    found = {} if worth.promise is None else vars(worth.promise)
-    for name, size in claims.get("promise", {}).items():
-        if name in found and _differ(size, found[name], _AGREE):
-            yield _claim("claims-promise", size, found[name], name)
+    for name, size in claims.get("promise", {}).items() if worth.promise is not None else ():
+        if _differ(size, found := getattr(worth.promise, name), _AGREE):
+            yield _claim("claims-promise", size, found, name)
             break
     errors = dict(zip(study.springs.names, worth.standard_error.tolist(), strict=True))
     for name, claimed in claims.get("standard_error", {}).items():

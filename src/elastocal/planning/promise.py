@@ -38,6 +38,7 @@ class Promise:
         friction: Floor: what friction leaves at the test poses; no calibration takes it away.
         discrepancy: Floor: the same of what no model explains.
         repeatability: Floor: the same of where the robot comes back to.
+        before: Whether experiments of before count, by the noise of their instrument alone.
     """
 
     rho0: float
@@ -50,6 +51,7 @@ class Promise:
     friction: float
     discrepancy: float
     repeatability: float
+    before: bool = False
 
     @property
     def limit(self) -> float:
@@ -110,6 +112,7 @@ def promise(
         friction=floors[0],
         discrepancy=floors[1],
         repeatability=float(np.sqrt(3.0) * errors.repeatability),
+        before=study.done is not None or study.carried_out is not None,
     )
 
 

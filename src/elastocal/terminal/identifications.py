@@ -19,6 +19,7 @@ from elastocal.terminal.fitted_along import show_fitted_along
 from elastocal.wording import ended, worded
 from elastocal.wording.identification import SURE, chance
 from elastocal.wording.lists import counted, springs_in_short
+from elastocal.wording.numbers import probability
 
 _BAR = 25  # characters of a drawn interval
 _MOST = 20  # experiments listed one by one
@@ -103,7 +104,7 @@ def _noise(found: Identification) -> str:
     )
     lack = found.lack_of_fit
     if lack is not None and lack.fit_dof > 0:
-        text += f"; lack of fit against repeats: p = {lack.p_value:.2g}"
+        text += f"; lack of fit against repeats: {probability(lack.p_value)}"
     return text + "."
 
 
@@ -135,7 +136,7 @@ def show_validation(found: Validation) -> None:
         whole(_before_and_after(found, quantity, f"{title}{what} before and after the model"))
     if found.coordinates:
         test = f"χ² = {found.chi_square:.4g} with {found.dof} degrees of freedom, "
-        test += f"p = {found.p_value:.2g}"
+        test += f"{probability(found.p_value)}"
         if not found.tested:
             test = "no test: the noise was found from these readings"
         out.print(

@@ -6,15 +6,15 @@ from collections.abc import Callable, Mapping
 
 from elastocal.errors import Code, Doubt
 from elastocal.wording.lists import listed
-from elastocal.wording.numbers import number, percent, sure
+from elastocal.wording.numbers import number, percent, probability, sure
 
 
 def _unexplained(doubt: Doubt) -> str:
     n = doubt.numbers
     return (
         f"the errors are larger than noise and covariance explain (χ² = "
-        f"{number(n['chi_square'], 4)} with {n['dof']} degrees of freedom, p = "
-        f"{number(n['p_value'], 2)}); {percent(n['inside'])} lie in the intervals that "
+        f"{number(n['chi_square'], 4)} with {n['dof']} degrees of freedom, "
+        f"{probability(n['p_value'])}); {percent(n['inside'])} lie in the intervals that "
         f"promise {sure(n['confidence'])}"
     )
 

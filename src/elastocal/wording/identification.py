@@ -8,7 +8,7 @@ import numpy as np
 
 from elastocal.errors import Code, Doubt
 from elastocal.wording.lists import listed
-from elastocal.wording.numbers import number, percent, short, small
+from elastocal.wording.numbers import number, percent, probability, short, small
 
 SURE = 1e-3
 """Probability below which chance is ruled out: as in `fitting.goodness`, which knows no words."""
@@ -17,8 +17,8 @@ SURE = 1e-3
 def chance(p: float) -> str:
     """A probability for people: how rare it is, as long as it may be chance."""
     if p < SURE:
-        return f"too far for chance (p = {p:.2g})"
-    return f"as in one of {1.0 / p:.0f} right models (p = {p:.2g})"
+        return f"too far for chance ({probability(p)})"
+    return f"as in one of {1.0 / p:.0f} right models ({probability(p)})"
 
 
 def _noisier(doubt: Doubt) -> str:

@@ -111,6 +111,14 @@ def _with_unit(value: float, si: str, digits: int) -> tuple[str, str]:
 _SMALL = {"m": length_unit, "rad": angle_unit}
 
 
+_RAREST = 1e-6  # no distribution is known so far out
+
+
+def probability(p: float) -> str:
+    """A p value: p = 0.03; of the very small ones only that they are."""
+    return "p < 10⁻⁶" if p < _RAREST else f"p = {short(p) if p >= 1e-4 else number(p, 2)}"
+
+
 def percent(share: float) -> str:
     """A share of 1; efficiencies near 1 keep the digits that tell them from 1."""
     if not np.isfinite(share):

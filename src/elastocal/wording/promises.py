@@ -31,6 +31,8 @@ class Promised(Protocol):
     def discrepancy(self) -> float: ...
     @property
     def repeatability(self) -> float: ...
+    @property
+    def before(self) -> bool: ...
 
 
 def promise_sentences(rho0: float, promise: Promised | None, *, made_for_it: bool) -> list[str]:
@@ -44,17 +46,23 @@ def promise_sentences(rho0: float, promise: Promised | None, *, made_for_it: boo
     if promise is None:
         return [WITHOUT]
     said = []
+    counts = "counts the springs of the nuisance" if promise.uncompensated > 0.0 else "is"
     if promise.rho0 != rho0:
         said.append(
             f"Promised: {length(promise.rho0)}, with 95 % below {length(promise.limit)}, with the "
-            "errors of load cases in the readings, which repeats share; ρ0 counts the springs of "
-            "the nuisance without these errors. "
+            f"errors of load cases in the readings, which repeats share; ρ0 {counts} without these "
+            "errors. "
             + (
                 "Plans are made for the promise, and bound and efficiency speak of it."
                 if made_for_it
                 else "Plans are not made for it, and bound and efficiency do not speak of it."
             )
         )
+        if promise.before:
+            said.append(
+                "What was measured before counts with the noise of its instrument alone, as if its "
+                "loads were exact and nothing rubbed: the promise is too good by what these err."
+            )
     alone = ""
     if promise.uncompensated > 0.0:
         alone = (

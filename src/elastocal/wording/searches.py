@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 from elastocal.errors import Code, Doubt
 from elastocal.wording.identification import SURE, chance
-from elastocal.wording.numbers import length, number
+from elastocal.wording.numbers import length, number, probability
 from elastocal.wording.poses import explained
 
 
@@ -73,7 +73,7 @@ def _lacks(doubt: Doubt) -> str:
 def _may_lack(doubt: Doubt) -> str:
     n = doubt.numbers
     p = n["p_value"]
-    told = f"p = {p:.2g}, but what is left out is hardly predicted better"
+    told = f"{probability(p)}, but what is left out is hardly predicted better"
     if p >= SURE:
         told = chance(p)
     return (

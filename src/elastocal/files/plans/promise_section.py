@@ -10,6 +10,7 @@ from elastocal.planning.promise import Promise
 from elastocal.study.study import Study
 
 _LENGTHS = ("rho0", "without", "uncompensated", "friction", "discrepancy", "repeatability")
+_KEYS = {name: f"{name}_mm" for name in _LENGTHS} | {"limit": "limit_95_mm"}
 
 
 def promise_section(study: Study, promise: Promise | None) -> dict[str, Any]:
@@ -29,8 +30,7 @@ def promise_section(study: Study, promise: Promise | None) -> dict[str, Any]:
     names = [pose.name for pose in study.test_poses]
     return {
         "promise": {
-            **{f"{name}_mm": 1e3 * getattr(promise, name) for name in _LENGTHS},
-            "limit_95_mm": 1e3 * promise.limit,
+            **{key: 1e3 * getattr(promise, name) for name, key in _KEYS.items()},
             "rho0_each_mm": {
                 name: 1e3 * rho for name, rho in zip(names, promise.rho0_each, strict=True)
             },
@@ -56,7 +56,7 @@ def claimed_promise(section: Any, where: str) -> dict[str, float]:
     if not isinstance(section, dict):
         return {}
     return {
-        name: finite_at(section[f"{name}_mm"], f"{where}: {name}_mm") / 1e3
-        for name in _LENGTHS
-        if section.get(f"{name}_mm") is not None
+        name: finite_at(section[key], f"{where}: {key}") / 1e3
+        for name, key in _KEYS.items()
+        if section.get(key) is not None
     }

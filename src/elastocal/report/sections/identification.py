@@ -40,7 +40,7 @@ from elastocal.report.verdict import Tile
 from elastocal.wording import worded
 from elastocal.wording.identification import chance
 from elastocal.wording.lists import counted
-from elastocal.wording.numbers import fixed, length, number, percent, plain, small
+from elastocal.wording.numbers import fixed, length, number, percent, plain, probability, small
 from elastocal.wording.numbers import sure as sure_of
 from elastocal.wording.searches import candidate
 
@@ -155,12 +155,18 @@ def _lacks(beyond: Searched | None) -> BarTable | None:
             length(one.before),
             length(one.left_out),
             f"{fixed(100.0 * one.share, 0)} %",
-            number(one.p_value, 2),
+            probability(one.p_value),
         )
         for one in best
         if one.physical
     ]
-    head = ("with", "left-out error without it", "with it", "residual variance removed", "p")
+    head = (
+        "with",
+        "left-out error without it",
+        "with it",
+        "residual variance removed",
+        "by chance",
+    )
     return BarTable(head, tuple(Row(cells) for cells in rows)) if rows else None
 
 
@@ -252,8 +258,8 @@ def lack_of_fit_in_words(found: Identification) -> str:
         return said + f"That is {chance(lack.p_value)}: the model lacks something."
     if lack.p_value < SELDOM:
         return said + f"They are so far off {chance(lack.p_value)}: have an eye on the model."
-    p = number(lack.p_value, 2)
-    return said + f"That is what chance does (p = {p}): repeats do not contradict the model."
+    by_chance = probability(lack.p_value)
+    return said + f"That is what chance does ({by_chance}): repeats do not contradict the model."
 
 
 def _influence(found: Identification) -> Values:

@@ -20,7 +20,7 @@ from elastocal.report.sections.identification import reading_strips
 from elastocal.report.tables import BarTable, Row
 from elastocal.wording import worded
 from elastocal.wording.lists import counted
-from elastocal.wording.numbers import number, percent, small, sure
+from elastocal.wording.numbers import percent, probability, small, sure
 
 
 def validation_chapter(contents: Contents) -> Chapter | None:
@@ -86,7 +86,7 @@ def _values(found: Validation) -> Values:
         "inside": percent(found.inside),
         "predicted": found.coordinates,
         "promised": sure(found.confidence),
-        "p_value": number(found.p_value, 2),
+        "p_value": probability(found.p_value),
         "likely": bool(found.p_value >= 1e-3),
         "tested": found.tested,
         "strips": [
