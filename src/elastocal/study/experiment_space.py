@@ -279,7 +279,7 @@ def _distinct(x: Array) -> Array:
 class LoadCaseEvaluation:
     """Rows, margins and gradients of N load cases; see `design.space.DesignEvaluation`."""
 
-    def __init__(self, space: LoadCaseSpace, x: Array, repeats: Array | None) -> None:
+    def __init__(self, space: LoadCaseSpace, x: Array, repeats: Array | None = None) -> None:
         self._space, self._x = space, x
         self._parts = []
         for start in range(0, max(len(x), 1), _CHUNK):
