@@ -10,6 +10,7 @@ import pytest
 
 import elastocal as ec
 from elastocal.design.exact import ExactDesign
+from elastocal.errors import Doubt, InputError
 from elastocal.planning.aim import aim_of
 from elastocal.planning.near import NEAR, near_configurations
 from elastocal.planning.robust import least_loss, robust
@@ -50,9 +51,8 @@ def test_what_cannot_be_held_is_said() -> None:
     made = ec.plan(asked(1.05, 4))
     said = [worded(doubt) for doubt in made.doubts if doubt.code == "loss-above"]
     assert len(said) == 1
-    assert (
-        "1.05 are asked for; with 4 configurations no plan leaves less than 1.15 times" in said[0]
-    )
+    assert "where no more than 1.05 times the best are asked for; with 4" in said[0]
+    assert "configurations no plan leaves less than 1.15 times" in said[0]
     assert len(made.repeats) <= 4
 
 
@@ -79,3 +79,15 @@ def test_configurations_stay_apart() -> None:
     between = np.abs(q[:, None] - q).max(axis=2) + np.diag(np.full(len(q), np.inf))
     assert between.min() > NEAR
     assert after.counts.sum() == 12
+
+
+def test_another_criterion_is_refused_before_any_search() -> None:
+    with pytest.raises(InputError, match="criterion must be test-pose, found 'D'"):
+        ec.plan(replace(asked(1.25), criterion="D"))
+
+
+def test_a_loss_that_leaves_nothing_is_said_without_a_number() -> None:
+    numbers = {"times": np.inf, "asked": 1.25, "configurations": 2, "least": 2**0.5}
+    said = worded(Doubt("loss-above", numbers=numbers))
+    assert "does not tell the compliances apart" in said
+    assert "∞" not in said

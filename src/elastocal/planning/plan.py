@@ -44,7 +44,7 @@ from elastocal.planning.mends import Mend, mends
 from elastocal.planning.needed import half_known, hardly_needed
 from elastocal.planning.one_side import azimuth_range
 from elastocal.planning.plain_values import Plain, simplify
-from elastocal.planning.robust import loss_above, robust
+from elastocal.planning.robust import loss_above, refuse_other_criterion, robust
 from elastocal.planning.spread import spread
 from elastocal.planning.visibility import Visibility, visibility
 from elastocal.robot.posture import Posture
@@ -179,7 +179,9 @@ def plan(
     Raises:
         InfeasibleError: no load case satisfies the constraints, or no motion leads there.
         IdentifiabilityError: some compliances cannot be told apart.
+        InputError: `robust` is asked for, which speaks of ρ0, with another criterion.
     """
+    refuse_other_criterion(study)
     rng = np.random.default_rng(seed)
     m = study.experiments.count
     distinct = min(m, study.experiments.max_configurations or m)

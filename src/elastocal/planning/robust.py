@@ -17,12 +17,13 @@ from elastocal.arrays import Array, IntArray, frozen
 from elastocal.design.exact import ExactDesign
 from elastocal.design.refinement import Goal
 from elastocal.design.space import information
-from elastocal.errors import Doubt, InfeasibleError
+from elastocal.errors import Doubt, InfeasibleError, InputError
 from elastocal.planning.aim import Aim
 from elastocal.planning.assessment import Assessment
 from elastocal.planning.certificate import Certificate
 from elastocal.planning.near import NEAR, apart, near_configurations
 from elastocal.planning.plain_values import simplify
+from elastocal.study.criteria import RHO0
 from elastocal.study.experiment_space import LoadCaseSpace
 from elastocal.study.study import Study
 
@@ -43,6 +44,16 @@ def least_loss(distinct: int) -> float:
     where nothing is known before.
     """
     return float(np.sqrt(distinct / (distinct - 1.0))) if distinct > 1 else float("inf")
+
+
+def refuse_other_criterion(study: Study) -> None:
+    """Raises:
+    InputError: a robust plan is asked for by another criterion than ρ0.
+    """
+    if study.experiments.robust is not None and study.criterion != RHO0.name:
+        raise InputError(
+            f"robust speaks of ρ0: the criterion must be {RHO0.name}, found {study.criterion!r}"
+        )
 
 
 def loss_above(study: Study, worth: Assessment, proof: Certificate) -> Iterator[Doubt]:

@@ -65,9 +65,12 @@ _WEAK: frozenset[Code] = frozenset(
 
 def _loss_above(doubt: Doubt) -> str:
     found = {name: doubt.numbers.get(name, 0.0) for name in ("times", "asked", "least")}
+    left = f"leaves {number(found['times'], 3)} times the best there is"
+    if not math.isfinite(found["times"]):
+        left = "does not tell the compliances apart"
     said = (
-        f"without one of its configurations the plan leaves {number(found['times'], 3)} times the "
-        f"best there is, {number(found['asked'], 3)} are asked for"
+        f"without one of its configurations the plan {left}, where no more than "
+        f"{number(found['asked'], 3)} times the best are asked for"
     )
     distinct = counted(round(doubt.numbers["configurations"]), "configuration")
     if found["least"] > found["asked"]:
