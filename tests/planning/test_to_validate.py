@@ -12,6 +12,7 @@ from elastocal.errors import InfeasibleError
 from elastocal.planning.near import NEAR, distances
 from elastocal.planning.to_validate import to_validate
 from elastocal.robot.chain import Robot
+from elastocal.terminal.plans import show_to_validate
 from tests.kr270 import kr270_study
 from tests.planning.test_promise import PLAN
 
@@ -55,3 +56,18 @@ def test_where_there_are_no_others_is_said() -> None:
     one = ec.LoadCases(PLAN.q[:1], PLAN.wrench[:1])
     with pytest.raises(InfeasibleError, match="there are 0 configurations to validate with"):
         to_validate(held, one, 2)
+
+
+def test_loads_that_differ_are_in_the_table(capsys: pytest.CaptureFixture[str]) -> None:
+    """A hung weight is the control: it is said once, with the plan."""
+    study = kr270_study()
+    found = to_validate(study, PLAN, 2)
+    show_to_validate(study.robot, found)
+    assert "force N" not in capsys.readouterr().out
+    wrench = found.load_cases.wrench * [[1.0], [0.5]]
+    other = replace(found, load_cases=ec.LoadCases(found.load_cases.q, wrench))
+    show_to_validate(study.robot, other)
+    shown = capsys.readouterr().out
+    assert "force N" in shown
+    assert "-1250" in shown
+    assert "torque" not in shown

@@ -226,10 +226,19 @@ def show_to_validate(robot: Robot, cases: ToValidate) -> None:
     table.add_column("#")
     for joint in robot.joints:
         table.add_column(Text(f"{joint.name} {joint.kind.shown_unit}"), justify="right")
+    wrench = cases.load_cases.wrench
+    shown = [
+        (name, part)
+        for name, part in (("force N", wrench[:, :3]), ("torque N·m", wrench[:, 3:]))
+        if len(np.unique(wrench, axis=0)) > 1 and part.any()
+    ]
+    for name, _ in shown:
+        table.add_column(name, justify="right")
     table.add_column("apart °", justify="right")
     for i, q in enumerate(robot.shown_scale * cases.load_cases.q):
+        loads = [numbers(part[i]) for _, part in shown]
         apart = f"{np.degrees(cases.apart[i]):.0f}"
-        table.add_row(str(i + 1), *(f"{value:z.2f}" for value in q), apart)
+        table.add_row(str(i + 1), *(f"{value:z.2f}" for value in q), *loads, apart)
     whole(table)
     out.print(
         Text(
