@@ -31,7 +31,7 @@ def same_worth(space: LoadCaseSpace, cases: LoadCases, other: LoadCases, joint: 
         np.vstack([room_at(others, Posture(space.arm.robot, at.q)), _load_room(space, at)])
         for at in (cases, other)
     )
-    # Where any load or direction is allowed the room is infinite before and after.
+    # A clearance that has nothing to be near leaves infinite room before and after.
     less = np.subtract(after, before, out=np.zeros_like(before), where=after != before)
     return bool(np.abs(less).max(initial=0.0) <= _SAME)
 
