@@ -22,7 +22,7 @@ instrument: {sigma_mm: .02}
 
 
 def test_an_arm_that_cannot_touch_itself_has_as_much_room_turned() -> None:
-    """Its clearance leaves infinite room; without the turn of the load the control is another load case."""
+    """Its clearance leaves infinite room; the control is the same load, not turned."""
     space = parse_study(ONE_JOINT, Path("study.yaml")).space
     turn = np.radians(90.0)
     at = ec.LoadCases(np.zeros((1, 1)), np.array([[0.0, 200, 0, 0, 0, 0]]))
