@@ -47,7 +47,13 @@ def _errors(found: MonteCarlo) -> Values:
     rows = [_row(p) for p in found.plans]
     if found.random is not None:
         rows.append(_row(found.random))
-    sizes = ("ρ₀ predicted", "RMS found", "Found / predicted", "Mean", "Median")
+    sizes = (
+        "Promised" if found.nuisance else "ρ₀ predicted",
+        "RMS found",
+        "Found / predicted",
+        "Mean",
+        "Median",
+    )
     heads = ("Plan", "Experiments", *sizes, "90 %", "95 %", "99 %")
     return {
         "number": found.number,

@@ -171,7 +171,8 @@ def _simulated(found: MonteCarlo) -> Step:
     if len(found.plans) > 1:
         said += f" of each of {len(found.plans)} plans, where it differs most from the prediction"
     said += "."
-    return Step("Simulated", "monte-carlo", f"{number(worst)} ρ₀", said)
+    unit = "× promised" if found.nuisance else "ρ₀"
+    return Step("Simulated", "monte-carlo", f"{number(worst)} {unit}", said)
 
 
 def _alarms(contents: Contents) -> list[tuple[str, tuple[str, ...]]]:
