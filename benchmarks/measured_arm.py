@@ -140,22 +140,22 @@ def main() -> None:
         )
     mixed = identify(study.arm, data, LINEAR, nuisance=study.nuisance)
     assert mixed.alone is not None
-    seen, promised = left_out_error(mixed)
-    alone, _ = left_out_error(mixed.alone)
+    left, alone = left_out_error(mixed), left_out_error(mixed.alone)
     print(
-        f"| 42, leave one out | {1e3 * alone:.3f} | {1e3 * seen:.3f} | {1e3 * promised:.3f} | |\n"
+        f"| 42, leave one out | {1e3 * alone.seen:.3f} | {1e3 * left.seen:.3f} | "
+        f"{1e3 * left.promised:.3f} | |\n"
     )
     half = replace(study.nuisance, deviation=0.5 * study.nuisance.deviation)
     twice = replace(study.nuisance, deviation=2.0 * study.nuisance.deviation)
     for name, other in (("halved", half), ("doubled", twice)):
-        seen, _ = left_out_error(identify(study.arm, data, LINEAR, nuisance=other))
-        print(f"springs {name}: left out {1e3 * seen:.3f} mm")
+        left = left_out_error(identify(study.arm, data, LINEAR, nuisance=other))
+        print(f"springs {name}: left out {1e3 * left.seen:.3f} mm")
     for sigma in ("known", "estimated"):
         joints = identify(study.arm, data, Fit("linear", sigma))
-        seen, promised = left_out_error(joints)
+        left = left_out_error(joints)
         print(
-            f"joints alone, sigma {sigma}: left out {1e3 * seen:.3f} mm, of which the noise and "
-            f"the fit promise {1e3 * promised:.3f}; carried into promises: "
+            f"joints alone, sigma {sigma}: left out {1e3 * left.seen:.3f} mm, of which the noise "
+            f"and the fit promise {1e3 * left.promised:.3f}; carried into promises: "
             f"{1e3 * joints.model.model_error:.3f} mm"
         )
 
