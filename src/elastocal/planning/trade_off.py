@@ -16,7 +16,7 @@ from elastocal.arrays import Array, IntArray, frozen
 from elastocal.design.exact import Effort
 from elastocal.design.space import information
 from elastocal.errors import IdentifiabilityError
-from elastocal.planning.aim import accuracy
+from elastocal.planning.aim import accuracy, aim_of
 from elastocal.planning.certificate import Bound, Progress, lower_bound
 from elastocal.planning.plan import Plan, plan
 from elastocal.study.study import Study, with_count
@@ -87,7 +87,7 @@ def trade_off(
     steps = len(wanted) + len(limits)
     kept: list[tuple[int, float, float]] = []
     many: list[Plan] = []
-    bound = lower_bound(study, np.random.default_rng(seed)) if not np.any(study.prior) else None
+    bound = _bound_for_all(study, seed)
     for i, m in enumerate(wanted):
         tell(f"{m} experiments", i / steps)
         # Configurations are not limited here: the two curves answer separate questions.
@@ -130,6 +130,17 @@ def trade_off(
         rho0_configurations=frozen(short[:, 1]),
         by_time=(*by_time, curve_of(many, None)) if many else by_time,
     )
+
+
+def _bound_for_all(study: Study, seed: int) -> Bound | None:
+    """A bound to be used for every number of experiments; None where each needs its own.
+
+    On promises it would be one for each, and take longer than the plans: those have none here.
+    """
+    aim = aim_of(study)
+    if aim.promise:
+        return Bound(aim, aim.criterion, None, stopped=True)
+    return None if np.any(study.prior) else lower_bound(study, np.random.default_rng(seed))
 
 
 _POOL = 20_000  # random load cases that random plans are drawn from
