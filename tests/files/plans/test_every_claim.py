@@ -44,7 +44,9 @@ def study() -> ec.Study:
 
 @pytest.fixture(scope="module")
 def document(study: ec.Study) -> Any:
-    return json.loads(json.dumps(plan_document(ec.plan(study, seed=0, effort=LIGHT))))
+    made = json.loads(json.dumps(plan_document(ec.plan(study, seed=0, effort=LIGHT))))
+    del made["blind"]["effects"][1:]  # all are alike
+    return made
 
 
 @pytest.fixture(scope="module")
