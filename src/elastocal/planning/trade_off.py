@@ -23,6 +23,7 @@ from elastocal.study.study import Study, with_count
 
 LIGHT = Effort(batch=48, generations=6, patience=2, islands=1)
 """A shorter search: a curve needs many plans, each within about a tenth of a percent."""
+_LIGHTER = Effort(batch=16, generations=2, patience=1, islands=1)  # promises, with many unknowns
 
 
 @dataclass(frozen=True)
@@ -76,12 +77,15 @@ def trade_off(
     Args:
         study: The study; its own count is always among those planned.
         seed: Seed of every search.
-        counts: Numbers of experiments; a spread around the study's own if None.
+        counts: Numbers of experiments; a spread around the study's own if None, half and twice as
+            many where it plans for a promise.
         most_configurations: Up to how many configurations.
         progress: Told what is going on.
     """
-    own = study.experiments.count
-    wanted = sorted({*(counts or (1, 2, 3, 4, 6, 8, 12, 16, 24)), own})
+    own, promise = study.experiments.count, aim_of(study).promise
+    usual = (max(own // 2, 1), 2 * own) if promise else (1, 2, 3, 4, 6, 8, 12, 16, 24)
+    effort = _LIGHTER if promise else LIGHT
+    wanted = sorted({*(counts or usual), own})
     tell = progress or (lambda what, share: None)
     limits = range(1, min(own, most_configurations) + 1)
     steps = len(wanted) + len(limits)
@@ -92,7 +96,7 @@ def trade_off(
         tell(f"{m} experiments", i / steps)
         # Configurations are not limited here: the two curves answer separate questions.
         try:
-            found = plan(with_count(study, m), seed=seed, effort=LIGHT, bound=bound)
+            found = plan(with_count(study, m), seed=seed, effort=effort, bound=bound)
         except IdentifiabilityError:
             continue
         if not found.assessment.identifiable:
@@ -104,7 +108,7 @@ def trade_off(
     for i, s in enumerate(limits):
         tell(f"{s} configurations", (len(wanted) + i) / steps)
         try:
-            found = plan(with_count(study, own, s), seed=seed, effort=LIGHT, bound=bound)
+            found = plan(with_count(study, own, s), seed=seed, effort=effort, bound=bound)
         except IdentifiabilityError:
             continue
         if found.assessment.identifiable:
@@ -117,7 +121,7 @@ def trade_off(
         configurations=sorted(s for s in limited if s is not None),
         counts=(max(own // 2, 1), own, 2 * own),
         seed=seed,
-        effort=LIGHT,
+        effort=effort,
         bound=bound,
     )
     tell("trade-off", 1.0)
