@@ -101,40 +101,25 @@ def aim_of(study: Study) -> Aim:
     """What plans of a study are to be good for."""
     if study.criterion == RHO0.name:
         return accuracy(study)
-    return Aim(study.space, criterion_of(study), study.prior, *_counts(study))
+    e = study.experiments
+    return Aim(study.space, criterion_of(study), study.prior, e.count, e.distinct)
 
 
 def accuracy(study: Study) -> Aim:
     """ρ0, or with errors of load cases the promise, whatever a study plans for."""
-    count, distinct = _counts(study)
+    count, distinct = study.experiments.count, study.experiments.distinct
     if study.nuisance is None or not study.nuisance.errors.any:
         return Aim(study.space, mean_test_pose(study), study.prior, count, distinct)
     told = WithErrors(study, study.nuisance)
-    weight = sum(
-        share / len(pose.regressors) * np.einsum("nri,nrj->ij", blocks, blocks)
-        for share, pose in zip(study.shares, study.test_poses, strict=True)
-        if share > 0.0
-        for blocks in [told.blocks(pose)]
-    )
-    beyond = sum(
-        share * told.other_cell(pose)
-        for share, pose in zip(study.shares, study.test_poses, strict=True)
-    )
     return Aim(
         space=told.space.measured_together(count / distinct),
-        criterion=TestPosePrecision(np.asarray(weight)),
+        criterion=TestPosePrecision(told.form),
         base=told.base,
         count=count,
         distinct=distinct,
-        beyond=float(beyond),
+        beyond=float(study.shares @ [told.other_cell(pose) for pose in study.test_poses]),
         told=told,
     )
-
-
-def _counts(study: Study) -> tuple[int, int]:
-    """Experiments, and the most load cases."""
-    count = study.experiments.count
-    return count, min(count, study.experiments.max_configurations or count)
 
 
 def is_for_promise(study: Study) -> bool:

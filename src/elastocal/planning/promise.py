@@ -104,7 +104,7 @@ def promise(
     return Promise(
         rho0=_root(study, each),
         rho0_each=tuple(np.sqrt(each).tolist()),
-        squares=frozen(np.append(_weights(study, moved, covariance), study.shares @ other)),
+        squares=frozen(np.append(_weights(told, covariance), study.shares @ other)),
         covariance=frozen(covariance[np.ix_(own, own)]),
         standard_error=frozen(np.sqrt(np.diagonal(covariance))[study.wanted]),
         without=_root(study, np.array([_square(a[:, :, own], plain) for a in blocks])),
@@ -141,15 +141,11 @@ def _square(blocks: Array, covariance: Array) -> float:
     return float(((blocks @ covariance) * blocks).sum(axis=(1, 2)).mean())
 
 
-def _weights(study: Study, blocks: list[Array], covariance: Array) -> Array:
+def _weights(told: WithErrors, covariance: Array) -> Array:
     """Weights w so that Σ w z² is the mean square over the test poses, by their weights [m²]."""
     if not np.isfinite(covariance).all():
         return np.array([np.inf])
-    squares = sum(
-        share * np.einsum("nri,nrj->ij", a, a) / len(a)
-        for share, a in zip(study.shares.tolist(), blocks, strict=True)
-    )
-    return weights_of(np.asarray(squares), covariance)[0]
+    return weights_of(told.form, covariance)[0]
 
 
 def _root(study: Study, squares: Array) -> float:

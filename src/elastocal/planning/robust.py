@@ -61,8 +61,7 @@ def loss_above(study: Study, worth: Assessment, proof: Certificate) -> Iterator[
     share, loss, least = study.experiments.robust, worth.loss, proof.rho0_bound
     if share is None or loss is None or least is None or loss.rho0 <= share * least * _NEARLY:
         return
-    e = study.experiments
-    distinct = min(e.count, e.max_configurations or e.count)
+    distinct = study.experiments.distinct
     numbers = {"times": loss.rho0 / least, "asked": share, "configurations": distinct}
     if not study.prior.any():
         numbers["least"] = least_loss(distinct)

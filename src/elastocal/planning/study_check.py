@@ -123,7 +123,7 @@ def _problem(
 ) -> ElastocalError | None:
     """Why the campaign cannot work: first of all, because the model is not that of the robot."""
     experiments = study.experiments
-    distinct = min(experiments.count, experiments.max_configurations or experiments.count)
+    distinct = experiments.distinct
     try:
         if poses is not None:
             refuse_misfit(poses)

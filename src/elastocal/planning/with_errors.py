@@ -142,6 +142,19 @@ class WithErrors:
             moved[:, :, 0] = errors.common_gain / _UNIT * self.compensated(pose)
         return np.concatenate([pose.regressors, moved], axis=2)
 
+    @cached_property
+    def form(self) -> Array:
+        """(f + e, f + e) F so that xᵀ F x is the mean square over the test poses, by their weights.
+
+        Of a path it is the mean of its points.
+        """
+        size = len(self.base)
+        squares = np.zeros((size, size))
+        for share, pose in zip(self.study.shares, self.study.test_poses, strict=True):
+            blocks = self.blocks(pose)
+            squares += share / len(blocks) * np.einsum("nri,nrj->ij", blocks, blocks)
+        return squares
+
     def other_cell(self, pose: TestPose | TestPath) -> float:
         """Mean square that another cell for the process force adds [m²]; as good as the first."""
         errors = self.nuisance.errors

@@ -100,6 +100,11 @@ class Experiments:
     moment: Load = field(default_factory=lambda: FixedVector(np.zeros(3)))
     robust: float | None = None
 
+    @property
+    def distinct(self) -> int:
+        """Most distinct load cases that a plan may have."""
+        return min(self.count, self.max_configurations or self.count)
+
     def __post_init__(self) -> None:
         if not 1 <= self.count <= 1_000_000:
             raise InputError(
