@@ -57,7 +57,7 @@ def columns_of(study: Study, cases: LoadCases, repeats: IntArray) -> BlindColumn
     poses, done = judged(study), repeats > 0
     if not poses:
         return None
-    cases, repeats = LoadCases(cases.q[done], cases.wrench[done]), repeats[done]
+    cases, repeats = cases.chosen(done), repeats[done]
     count = repeats.astype(float)[:, None, None]
     instrument = noise_of(study, cases) / count
     noise, prior = instrument.copy(), study.prior

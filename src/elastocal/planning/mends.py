@@ -152,14 +152,12 @@ def _second_step(
 
 def _promised(study: Study, cases: LoadCases, repeats: IntArray) -> float:
     """What load cases promise [m]; infinite if nothing."""
-    each = study.space.information(cases)
-    total = study.prior + np.einsum("i,ijk->jk", repeats.astype(float), each)
-    found = promise(study, cases, repeats, total)
+    found = promise(study, cases, repeats)
     return float("inf") if found is None else found.rho0
 
 
 def _minutes(study: Study, cases: LoadCases, repeats: IntArray) -> float:
     """How long they take at the cell, in their best order [min]."""
     order = best_order(cases, study.pace).sequence
-    there = LoadCases(cases.q[order], cases.wrench[order])
+    there = cases.chosen(order)
     return schedule(there, np.asarray(repeats)[order], study.pace).total / 60.0

@@ -184,7 +184,7 @@ def plan(
     refuse_other_criterion(study)
     rng = np.random.default_rng(seed)
     m = study.experiments.count
-    distinct = min(m, study.experiments.max_configurations or m)
+    distinct = study.experiments.distinct
     refuse_home(study.motion_space)
     check_identifiable(study.space, study.prior, rng)
     check_count(study.space, study.prior, m, distinct, rng)
@@ -322,7 +322,7 @@ def _searched(
             design, plain = single, simplify(space, space.load_cases(single.x))
         cases = plain.cases
         order = best_order(cases, study.pace, free=partial(motions_free, motions)).sequence
-        cases = LoadCases(cases.q[order], cases.wrench[order])
+        cases = cases.chosen(order)
         tell("ways between configurations", 1.0)
         try:
             via = detours(motions, cases.q, seed=seed)

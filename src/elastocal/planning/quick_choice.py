@@ -50,7 +50,7 @@ def chosen(
             total = total - each[n][picks[place]]
             picks[place] = _best(total, each[n], columns)
             total = total + each[n][picks[place]]
-    return LoadCases(pool.q[picks], pool.wrench[picks])
+    return pool.chosen(np.array(picks))
 
 
 def _columns(told: WithErrors) -> Array:

@@ -78,12 +78,12 @@ def to_validate(study: Study, fitted: LoadCases, count: int, *, seed: int = 0) -
         order = best_order(
             cases, study.pace, free=partial(motions_free, study.motion_space)
         ).sequence
-        cases, apart = LoadCases(cases.q[order], cases.wrench[order]), apart[order]
+        cases, apart = cases.chosen(order), apart[order]
         try:
             via = detours(study.motion_space, cases.q, seed=seed)
         except UnreachableError as error:
             kept = (pool.q != error.q).any(axis=1)
-            pool = LoadCases(pool.q[kept], pool.wrench[kept])
+            pool = pool.chosen(kept)
             continue
         ones = np.ones(len(cases), dtype=np.int64)
         nearest = tuple(near.name for near in assess(study, cases, ones).nearest)
@@ -102,14 +102,14 @@ def _farthest(
         if away[best] <= 0.0:
             break
         chosen.append(best)
-        one = LoadCases(pool.q[[best]], pool.wrench[[best]])
+        one = pool.chosen(np.array([best]))
         away = np.minimum(away, _between(study, pool, one)[:, 0])
     if len(chosen) < count:
         raise InfeasibleError(
             f"there are {len(chosen)} configurations to validate with that are not those of the "
             f"plan, {count} are wanted"
         )
-    cases = LoadCases(pool.q[chosen], pool.wrench[chosen])
+    cases = pool.chosen(np.array(chosen))
     others = _between(study, cases, cases) + np.diag(np.full(count, np.inf))
     first = _between(study, cases, fitted).min(axis=1)
     return cases, np.minimum(first, others.min(axis=1))

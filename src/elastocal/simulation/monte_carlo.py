@@ -154,7 +154,7 @@ def _alike(
     shared: dict[str, _Plan] = {}
     for name, (planned, times) in plans.items():
         kept = np.asarray(times) > 0
-        cases, repeats = LoadCases(planned.q[kept], planned.wrench[kept]), np.asarray(times)[kept]
+        cases, repeats = planned.chosen(kept), np.asarray(times)[kept]
         ideal = virtual_readings(arm, study.instrument, truth, cases, linear=linear)
         shared[name] = _Plan(
             _design(study, truth, ideal, cases, repeats, how),

@@ -152,7 +152,7 @@ def simulate(
     kind = "linear" if reality.linear else "nonlinear"
     return Measurements(
         tool=ideal.arm.tool,
-        cases=LoadCases(cases.q[case], cases.wrench[case]),
+        cases=cases.chosen(case),
         names=tuple(str(i + 1) for i in range(count)),
         case=np.repeat(np.arange(count), targets),
         marker=np.tile(np.arange(targets), count),

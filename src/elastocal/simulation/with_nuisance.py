@@ -84,7 +84,7 @@ def campaigns_of_robots(
     found = []
     for i, (name, (planned, times)) in enumerate(plans.items()):
         kept = np.asarray(times) > 0
-        cases, repeats = LoadCases(planned.q[kept], planned.wrench[kept]), np.asarray(times)[kept]
+        cases, repeats = planned.chosen(kept), np.asarray(times)[kept]
         expected = promise(study, cases, repeats)
         assert expected is not None
         if not np.isfinite(expected.rho0):
