@@ -98,15 +98,34 @@ def recomputed(before: Done, study: Study, plan: Path) -> bool:
         data = read_measurements(files[0] if len(files) == 1 else files, study, foreign)
         if data.sha256 != before.sha256:
             continue
-        true = done(study, data).information
-        if true.shape != before.information.shape:
+        true = done(study, data)
+        if true.information.shape != before.information.shape:
             continue
-        scale = np.sqrt(np.diagonal(true))
-        apart = np.abs(before.information - true) > _SAME * np.outer(scale, scale)
+        scale = np.sqrt(np.diagonal(true.information))
+        apart = np.abs(before.information - true.information) > _SAME * np.outer(scale, scale)
         if before.experiments != len(data.cases) or apart.any():
             raise InputError(
                 f"{plan}: after: information_N2m2 is not what {before.source} tells; make the plan "
                 "again with --after"
             )
+        if before.readings is not None and not _same_readings(before, true):
+            raise InputError(
+                f"{plan}: after: configurations, their repeats or precisions_per_m2 are not what "
+                f"{before.source} has; make the plan again with --after"
+            )
         return True
     return False
+
+
+def _same_readings(before: Done, true: Done) -> bool:
+    """Whether load cases, repeats and precisions are the same."""
+    for one, other, near in (
+        (before.repeats, true.repeats, 0.0),
+        (before.cases.q, true.cases.q, _SAME),
+        (before.cases.second, true.cases.second, _SAME),
+        (before.cases.first, true.cases.first, _SAME),
+        (before.precision, true.precision, _SAME * np.abs(true.precision).max()),
+    ):
+        if one.shape != other.shape or (np.abs(one - other) > near).any():
+            return False
+    return True

@@ -66,6 +66,14 @@ class LoadCases:
         before = self.before[keep] if self.preloaded else self.before
         return LoadCases(self.q[keep], self.wrench[keep], before)
 
+    def followed_by(self, others: LoadCases) -> LoadCases:
+        """These, then others."""
+        before = unset()
+        if self.preloaded or others.preloaded:
+            before = np.vstack([self.first, others.first])
+        q = np.concatenate([self.q, others.q])
+        return LoadCases(q, np.concatenate([self.wrench, others.wrench]), before)
+
     @cached_property
     def distinct(self) -> IntArray:
         """(N,) number of each among the distinct load cases."""

@@ -69,7 +69,8 @@ class Aim:
 
     def total(self, cases: LoadCases, repeats: IntArray) -> Array:
         """(p, p) information of load cases, each measured `repeats` times, and what is known."""
-        return np.asarray(self.base + self.informations(cases, repeats).sum(axis=0))
+        before = self.base if self.told is None else self.told.told_before(cases, repeats)
+        return np.asarray(before + self.informations(cases, repeats).sum(axis=0))
 
     def informations(self, cases: LoadCases, repeats: IntArray) -> Array:
         """(S, p, p) what each of them adds to it."""

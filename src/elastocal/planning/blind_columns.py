@@ -70,7 +70,7 @@ def columns_of(study: Study, cases: LoadCases, repeats: IntArray) -> BlindColumn
         prior = told.base
         _, common = common_columns(errors, arm, told.usual, cases)
         # One of an unknown is one of its own sizes: what is known of it before is one.
-        sizes = np.sqrt(np.diagonal(prior))[rows.shape[2] :]
+        sizes = np.sqrt(np.diagonal(told.beside))[rows.shape[2] :]
         rows = np.concatenate([rows, common * sizes], axis=2)
     effects = effect_columns(study, cases)
     white = _over_noise(noise, np.concatenate([rows, effects.readings], axis=2))

@@ -24,7 +24,7 @@ NEAR_SLIDING = 0.1
 
 def near_configurations(robot: Robot, q: Array) -> IntArray:
     """(S,) number of the group of each configuration (S, n): a chain of near ones is one."""
-    return np.asarray(np.unique(_first(apart(robot, q, q) <= NEAR), return_inverse=True)[1])
+    return np.asarray(np.unique(chained(apart(robot, q, q) <= NEAR), return_inverse=True)[1])
 
 
 def near_load_cases(robot: Robot, q: Array, wrench: Array, informations: Array) -> IntArray:
@@ -38,12 +38,42 @@ def near_load_cases(robot: Robot, q: Array, wrench: Array, informations: Array) 
 
     Source: ours.
     """
-    close = distances(robot, q, wrench, q, wrench) <= NEAR
-    for part in (wrench[..., :3], wrench[..., 3:]):
-        size = np.linalg.norm(part, axis=-1)
-        least = np.minimum(size[..., :, None], size[..., None, :])
-        close &= least >= 0.5 * np.maximum(size[..., :, None], size[..., None, :])
-    return _first(close | _alike(informations))
+    mean = informations.mean(axis=-3)
+    close = _close(robot, q, wrench, q, wrench)
+    return chained(close | _alike(informations, informations, mean))
+
+
+def near_others(
+    robot: Robot,
+    q: Array,
+    wrench: Array,
+    informations: Array,
+    others: tuple[Array, Array, Array],
+) -> BoolArray:
+    """(..., S, E) which of E other load cases each is near to, as `near_load_cases` has it.
+
+    Args:
+        robot: The robot.
+        q: (..., S, n) configurations.
+        wrench: (..., S, 6) loads.
+        informations: (..., S, p, p) what each tells.
+        others: The same of the others: (E, n), (E, 6), (E, p, p).
+    """
+    other_q, other_wrench, told = others
+    count, more = informations.shape[-3], len(told)
+    mean = (count * informations.mean(axis=-3) + told.sum(axis=0)) / (count + more)
+    close = _close(robot, q, wrench, other_q, other_wrench)
+    return np.asarray(close | _alike(informations, told, mean))
+
+
+def _close(robot: Robot, q: Array, wrench: Array, other_q: Array, other_wrench: Array) -> BoolArray:
+    """(..., A, B) which are near by configuration and load."""
+    close = distances(robot, q, wrench, other_q, other_wrench) <= NEAR
+    for part in (slice(0, 3), slice(3, 6)):
+        one = np.linalg.norm(wrench[..., part], axis=-1)[..., :, None]
+        other = np.linalg.norm(other_wrench[..., part], axis=-1)[..., None, :]
+        close &= np.minimum(one, other) >= 0.5 * np.maximum(one, other)
+    return np.asarray(close)
 
 
 def distances(robot: Robot, q: Array, wrench: Array, other_q: Array, other_wrench: Array) -> Array:
@@ -69,22 +99,24 @@ def apart(robot: Robot, first: Array, second: Array) -> Array:
     return np.asarray(between.max(axis=-1, initial=0.0))
 
 
-def _alike(informations: Array) -> BoolArray:
-    """(..., S, S) which informations (..., S, p, p) differ by next to nothing, unknown by unknown.
+def _alike(informations: Array, others: Array, mean: Array) -> BoolArray:
+    """(..., A, B) which informations (..., p, p) differ by next to nothing, unknown by unknown.
 
-    Unknowns are scaled by how well all together see them: their units do not matter.
+    Unknowns are scaled by how well the mean (..., p, p) sees them: their units do not matter.
     """
-    diagonal = np.diagonal(informations.mean(axis=-3), axis1=-2, axis2=-1)
+    diagonal = np.diagonal(mean, axis1=-2, axis2=-1)
     scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
-    scaled = informations * (scale[..., :, None] * scale[..., None, :])[..., None, :, :]
-    flat = scaled.reshape(*scaled.shape[:-2], -1)
-    square = (flat**2).sum(axis=-1)
-    between = square[..., :, None] + square[..., None, :] - 2.0 * flat @ np.swapaxes(flat, -1, -2)
-    largest = np.maximum(square[..., :, None], square[..., None, :])
-    return np.asarray(between <= ALIKE**2 * largest)
+    grid = (scale[..., :, None] * scale[..., None, :])[..., None, :, :]
+    first, second = (
+        (each * grid).reshape(*np.broadcast_shapes(each.shape, grid.shape)[:-2], -1)
+        for each in (informations, others)
+    )
+    one, other = (first**2).sum(axis=-1)[..., :, None], (second**2).sum(axis=-1)[..., None, :]
+    between = one + other - 2.0 * first @ np.swapaxes(second, -1, -2)
+    return np.asarray(between <= ALIKE**2 * np.maximum(one, other))
 
 
-def _first(close: BoolArray) -> IntArray:
+def chained(close: BoolArray) -> IntArray:
     """(..., S) the first that a chain of a symmetric relation (..., S, S) leads to."""
     count = close.shape[-1]
     close = close | np.eye(count, dtype=bool)

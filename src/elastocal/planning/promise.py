@@ -38,7 +38,6 @@ class Promise:
         friction: Floor: what friction leaves at the test poses; no calibration takes it away.
         discrepancy: Floor: the same of what no model explains.
         repeatability: Floor: the same of where the robot comes back to.
-        before: Whether experiments of before count, by the noise of their instrument alone.
     """
 
     rho0: float
@@ -51,7 +50,6 @@ class Promise:
     friction: float
     discrepancy: float
     repeatability: float
-    before: bool = False
 
     @property
     def limit(self) -> float:
@@ -64,7 +62,7 @@ def promise(
 ) -> Promise | None:
     """What load cases, each measured `repeats` times, promise; None if the study knows no nuisance.
 
-    What was measured before counts with the noise of its instrument alone.
+    What was measured before has errors of load cases, too, and shares those that are common.
 
     Args:
         study: The study.
@@ -112,7 +110,6 @@ def promise(
         friction=floors[0],
         discrepancy=floors[1],
         repeatability=float(np.sqrt(3.0) * errors.repeatability),
-        before=study.done is not None or study.carried_out is not None,
     )
 
 
@@ -122,7 +119,7 @@ def _with_errors(
     """(f + e, f + e) covariance of what is fitted and of e common errors."""
     if not told.nuisance.errors.any:
         return _inverse(information)
-    total = told.base + told.informations(cases, repeats).sum(axis=0)
+    total = told.total(cases, repeats)
     return _inverse(total, len(told.study.fitted))
 
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from elastocal.arrays import Array, IntArray, frozen
+from elastocal.arrays import Array, BoolArray, IntArray, frozen
 from elastocal.design.exact import ExactDesign
 from elastocal.design.refinement import Goal, Plans, refine
 from elastocal.design.space import information
@@ -43,7 +43,9 @@ def spread(
         extra = _crowded(aim, x, counts)
         if not len(extra):
             break
-        x = _replaced(goal, x, counts, extra, space.sample(_POOL, rng))
+        pool = space.sample(_POOL, rng)
+        alone = pool[~_near_before(aim, pool)]
+        x = _replaced(goal, x, counts, extra, alone if len(alone) else pool)
         refined = refine(goal, Plans(x[None], counts[None]), stages=((300, 1),), tolerance=1e-12)
         for tried in (x, refined.x[0]):
             worth = _worth(aim, tried, counts)
@@ -94,11 +96,20 @@ def _groups(aim: Aim, x: Array) -> IntArray:
 
 
 def _crowded(aim: Aim, x: Array, counts: IntArray) -> IntArray:
-    """Numbers of load cases that are near another one which is measured as often or more."""
+    """Numbers of load cases that are near another one which is measured as often or more.
+
+    Or near one that was measured before.
+    """
     group = _groups(aim, x)
     order = np.argsort(-counts, kind="stable")
     kept = order[np.unique(group[order], return_index=True)[1]]
-    return np.setdiff1d(np.arange(len(x)), kept)
+    return np.setdiff1d(np.arange(len(x)), kept[~_near_before(aim, x)[kept]])
+
+
+def _near_before(aim: Aim, x: Array) -> BoolArray:
+    """(S,) which of the points (S, d) share errors with what was read before."""
+    assert aim.told is not None
+    return np.asarray(aim.told.near_before(_plain(aim, x))[0].any(axis=1))
 
 
 def _replaced(goal: Goal, x: Array, counts: IntArray, extra: IntArray, pool: Array) -> Array:

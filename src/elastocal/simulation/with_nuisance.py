@@ -104,7 +104,8 @@ def campaigns_of_robots(
 def _unprepared(study: Study, nuisance: Nuisance) -> Study:
     """The study without what it knows of the springs to identify: campaigns do not have it."""
     nothing = np.zeros_like(study.prior)
-    bare = with_nuisance(replace(study, prior=nothing, carried_out=None, earlier=None), None)
+    bare = replace(study, prior=nothing, carried_out=None, earlier=None, done=None)
+    bare = with_nuisance(bare, None)
     return with_nuisance(bare, nuisance)
 
 

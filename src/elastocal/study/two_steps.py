@@ -73,6 +73,10 @@ def _beside(study: Study, known: Known | None, nuisance: Nuisance | None) -> Stu
     own = (study.prior - _of_earlier(study)[0])[np.ix_(study.wanted, study.wanted)]
     bare = replace(study, known=known, nuisance=nuisance, prior=unset(), test_poses=())
     prior = np.array(bare.prior)
+    if study.done is not None and study.done.readings is not None:
+        again = study.done.readings.information(bare.fitted_arm, bare.fitted)
+        bare = replace(bare, done=replace(study.done, information=again))
+        prior += again
     if study.carried_out is not None:  # its experiments bent the known springs, too
         prior += study.carried_out.information(bare.space)
     prior[np.ix_(bare.wanted, bare.wanted)] = own

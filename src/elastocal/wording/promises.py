@@ -31,8 +31,6 @@ class Promised(Protocol):
     def discrepancy(self) -> float: ...
     @property
     def repeatability(self) -> float: ...
-    @property
-    def before(self) -> bool: ...
 
 
 def promise_sentences(rho0: float, promise: Promised | None, *, made_for_it: bool) -> list[str]:
@@ -58,11 +56,6 @@ def promise_sentences(rho0: float, promise: Promised | None, *, made_for_it: boo
                 else "Plans are not made for it, and bound and efficiency do not speak of it."
             )
         )
-        if promise.before:
-            said.append(
-                "What was measured before counts with the noise of its instrument alone, as if its "
-                "loads were exact and nothing rubbed: the promise is too good by what these err."
-            )
     alone = ""
     if promise.uncompensated > 0.0:
         alone = (

@@ -35,7 +35,8 @@ def finite(value: Any, largest: float = LARGEST) -> float:
     return float(value)
 
 
-def _three(value: Any) -> list[float]:
+def three(value: Any) -> list[float]:
+    """Three numbers; other values raise what is said behind the name of their key."""
     if not isinstance(value, list) or len(value) != 3:
         raise ValueError(f": expected three numbers [x, y, z], found {value!r}")
     return [finite(entry) for entry in value]
@@ -50,7 +51,7 @@ def _by_name(value: Any) -> dict[str, Any]:
 Finite = Annotated[float, Before(lambda value: finite(value))]
 _Degrees = Annotated[Finite, After(math.radians)]
 _Millimetres = Annotated[Finite, After(lambda value: value / 1e3)]
-_Three = Annotated[list[float], Before(_three)]
+_Three = Annotated[list[float], Before(three)]
 
 
 class ConfigurationFile(PartSection):
