@@ -41,6 +41,7 @@ MAY_IMPORT = {
     "fitting": "none",
     "compensation": "robot elastic",
     "identification": "wording robot elastic measuring fitting",
+    "calibration": "wording robot elastic measuring fitting",
     "motion": "wording robot elastic constraints",
     "study": "core wording robot elastic constraints measuring design motion",
     "planning": "all but compensation",

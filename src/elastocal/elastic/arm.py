@@ -14,6 +14,7 @@ import numpy as np
 from elastocal.arrays import Array, IntArray, freeze, frozen
 from elastocal.elastic.springs import VirtualJoints, merged
 from elastocal.robot.chain import Joint, Robot, T_body_joint, Tool, transform
+from elastocal.robot.payloads import Payload
 from elastocal.robot.shapes import BodyMass
 
 
@@ -26,13 +27,15 @@ class ElasticArm:
         springs: Its p springs; joints without a spring are rigid.
         tool: Tool with load point and K markers.
         gravity: (3,) acceleration in the base frame [m/s²]; zero: the weight of the links is
-            left out. It counts only for a robot whose masses are known.
+            left out. It counts only for a robot whose masses are known, and for a payload.
+        payload: What hangs on the flange by its weight, the last of the masses of the chain.
     """
 
     robot: Robot
     springs: VirtualJoints
     tool: Tool
     gravity: Array = field(default_factory=lambda: np.zeros(3))
+    payload: Payload | None = None
 
     def __post_init__(self) -> None:
         freeze(self, gravity=np.reshape(self.gravity, 3))
@@ -97,13 +100,20 @@ class ElasticArm:
     def _sprung_chain(self) -> tuple[Robot, IntArray, IntArray, IntArray]:
         # Made when first asked for: the linear model does without.
         chain, *indices = _chain(self.robot, self.springs)
+        if self.payload is not None:
+            T, center = chain.links[chain.last], self.payload.center
+            center = T[:3, :3] @ center + T[:3, 3]
+            hung = BodyMass(chain.last, self.payload.mass, center, self.payload.name)
+            chain = replace(chain, masses=(*chain.masses, hung))
         actuated, sprung, numbers = (frozen(found, np.int64) for found in indices)
         return chain, actuated, sprung, numbers
 
     @property
     def sags(self) -> bool:
-        """Whether the weight of the links bends the arm without any other load."""
-        return bool(self.gravity.any() and any(body.mass for body in self.robot.masses))
+        """Whether weights bend the arm without any other load."""
+        weights = [body.mass for body in self.robot.masses]
+        weights += [] if self.payload is None else [self.payload.mass]
+        return bool(self.gravity.any() and any(weights))
 
     def bent(self, q: Array, displacement: Array) -> Array:
         """(N, c) joint values of the chain for configurations (N, n) and springs (N, p)."""

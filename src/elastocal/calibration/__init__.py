@@ -1,0 +1,1 @@
+"""From absolute readings to a calibrated robot: base, tool, geometry, compliances, payload."""

@@ -1,0 +1,168 @@
+"""The arrow from absolute readings to a calibrated robot, with what is known of every number."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from elastocal.arrays import Array, freeze
+from elastocal.calibration.arm_model import ArmModel, State
+from elastocal.calibration.beginning import begin
+from elastocal.calibration.fit import Solved, solved
+from elastocal.calibration.noise import Noise, found_noise, instrument_alone
+from elastocal.calibration.parameters import Parameters
+from elastocal.calibration.redundancy import Redundancy, redundancy_of
+from elastocal.fitting.robust import Loss, Squares
+from elastocal.measuring.positions import Positions
+
+_ROUNDS = 8
+_STILL = 1e-2  # share by which the noise found may change in the last round
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """A calibrated robot.
+
+    Attributes:
+        model: The arm as drawn, and what may be unlike it.
+        positions: R readings it was fitted to.
+        parameters: The U unknowns.
+        state: Their values.
+        noise: What the readings scatter by.
+        error: (R, 3) reading minus model [m, rad], frames of the stations.
+        left_out: (R, 3) the same of poses left out of the fit in turn, to first order.
+        covariance: (U, U) of the unknowns, the prior included.
+        redundancy: What the readings tell, and what only the prior holds.
+        dof: Degrees of freedom of the noise found.
+    """
+
+    model: ArmModel
+    positions: Positions
+    parameters: Parameters
+    state: State
+    noise: Noise
+    error: Array
+    left_out: Array
+    covariance: Array
+    redundancy: Redundancy
+    dof: float
+
+    def __post_init__(self) -> None:
+        freeze(self, "error", "left_out", "covariance")
+
+    @property
+    def standard_error(self) -> Array:
+        """(U,) of the unknowns, given the prior."""
+        return np.sqrt(np.diagonal(self.covariance))
+
+
+def calibrate(
+    model: ArmModel,
+    positions: Positions,
+    parameters: Parameters,
+    *,
+    loss: Loss | None = None,
+    start: State | None = None,
+) -> Calibration:
+    """Fit everything that is unknown, and the noise, to absolute readings.
+
+    Args:
+        model: The arm as drawn, and what may be unlike it.
+        positions: The readings.
+        parameters: The unknowns, and what was known before.
+        loss: How outlying readings count; squares if None.
+        start: Where to start; from nothing if None.
+
+    Raises:
+        InputError: joints and positions do not belong together, or the fit comes not to rest.
+
+    Source: ours.
+    """
+    loss = loss or Squares()
+    state = begin(model, positions) if start is None else start
+    noise, fit = instrument_alone(positions), None
+    told = len(parameters)
+    for _ in range(_ROUNDS):
+        fit = solved(model, positions, parameters, state, noise)
+        before, state = noise, fit.state
+        noise = found_noise(noise, fit.found.error, told)
+        if loss.tamer is not None:
+            size = np.linalg.norm(in_full(noise).over(fit.found.error[..., None])[..., 0], axis=1)
+            noise = replace(noise, weight=loss.weight(size))
+        if _same(before, noise):
+            break
+    assert fit is not None
+    return _judged(model, positions, parameters, fit, noise)
+
+
+def in_full(noise: Noise) -> Noise:
+    """The noise with all readings counting in full."""
+    return replace(noise, weight=np.ones(len(noise.weight)))
+
+
+def _same(one: Noise, other: Noise) -> bool:
+    """Whether two noises are alike, and so are the weights."""
+    for name in ("shared", "own", "turned", "weight"):
+        a, b = getattr(one, name), getattr(other, name)
+        if (np.abs(a - b) > _STILL * np.maximum(np.abs(a), np.abs(b))).any():
+            return False
+    return True
+
+
+def _judged(
+    model: ArmModel, positions: Positions, parameters: Parameters, fit: Solved, noise: Noise
+) -> Calibration:
+    """The calibration with its covariance, its redundancy, and what leaving poses out does."""
+    rows = noise.over(fit.found.rows)
+    flat = rows.reshape(-1, len(parameters))
+    information = flat.T @ flat + parameters.rows.T @ parameters.rows
+    scale = 1.0 / np.sqrt(np.diagonal(information))
+    covariance = np.linalg.inv(information * np.outer(scale, scale)) * np.outer(scale, scale)
+    redundancy = redundancy_of(parameters, flat)
+    dof = 3.0 * len(positions) - redundancy.told
+    if (noise.shared > 0.0).any():
+        dof = 3.0 * len(positions.cases) - redundancy.told
+    left = left_out_errors(noise, fit.found.error, fit.found.rows, rows, covariance)
+    return Calibration(
+        model,
+        positions,
+        parameters,
+        fit.state,
+        noise,
+        fit.found.error,
+        left,
+        covariance,
+        redundancy,
+        max(dof, 1.0),
+    )
+
+
+def left_out_errors(
+    noise: Noise, error: Array, plain: Array, rows: Array, covariance: Array
+) -> Array:
+    """(R, 3) errors of the readings of each pose, if the pose is left out of the fit.
+
+    Args:
+        noise: Of the readings.
+        error: (R, 3) errors of the fit to all.
+        plain: (R, 3, U) rows of the readings.
+        rows: (R, 3, U) the same over the noise.
+        covariance: (U, U) of the unknowns.
+
+    Source: textbook; exact for a linear model.
+    """
+    p = noise.positions
+    white = noise.over(error[..., None])[..., 0]
+    change = np.zeros((len(p.cases), rows.shape[2]))
+    place, size = np.argsort(p.case, kind="stable"), np.bincount(p.case, minlength=len(p.cases))
+    first = np.append(0, np.cumsum(size))
+    for k in np.unique(size[size > 0]).tolist():
+        poses = np.flatnonzero(size == k)
+        r = place[first[poses][:, None] + np.arange(k)]
+        own = rows[r].reshape(len(r), 3 * k, -1)
+        gain = own @ covariance
+        rest = np.eye(3 * k) - gain @ own.transpose(0, 2, 1)
+        alone = np.linalg.solve(rest + 1e-12 * np.eye(3 * k), white[r].reshape(len(r), 3 * k, 1))
+        change[poses] = np.einsum("nki,nk->ni", gain, alone[..., 0])
+    return np.asarray(error + np.einsum("rci,ri->rc", plain, change[p.case]))

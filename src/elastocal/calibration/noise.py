@@ -1,0 +1,131 @@
+"""How far readings scatter: the instrument's part, which is given, and the model's, which is found.
+
+What an arm does that no unknown of the model makes looks like noise of each pose. Part of it all
+reflectors of a pose share, part each has of its own; both are found from what the fit leaves, for
+every station.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from elastocal.arrays import Array, BoolArray, IntArray, freeze
+from elastocal.measuring.positions import Positions
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Noise of R readings.
+
+    Attributes:
+        positions: The readings, with the covariance that their instrument has.
+        shared: (S,) standard deviation of a coordinate that the model's error gives to all
+            reflectors of a pose [m], by station.
+        own: (S,) the same of each reflector by itself [m].
+        turned: (S,) of each component of a rotation [rad].
+        weight: (R,) how much each reading counts: 1, but for robust losses.
+    """
+
+    positions: Positions
+    shared: Array
+    own: Array
+    turned: Array
+    weight: Array
+
+    def __post_init__(self) -> None:
+        freeze(self, "shared", "own", "turned", "weight")
+
+    def over(self, rows: Array) -> Array:
+        """(R, 3, m) rows of the readings in units of their noise, and independent."""
+        p = self.positions
+        result, place = np.empty_like(rows), np.argsort(p.case, kind="stable")
+        size = np.bincount(p.case, minlength=len(p.cases))
+        first = np.append(0, np.cumsum(size))
+        for k in np.unique(size[size > 0]).tolist():
+            r = place[first[:-1][size == k][:, None] + np.arange(k)]  # (n, k) readings of poses
+            root = np.linalg.cholesky(self._covariance(r))
+            part = rows[r].reshape(len(r), 3 * k, -1)
+            result[r] = np.linalg.solve(root, part).reshape(len(r), k, 3, -1)
+        return result * np.sqrt(self.weight)[:, None, None]
+
+    def _covariance(self, r: IntArray) -> Array:
+        """(n, 3k, 3k) of the readings (n, k) of poses."""
+        p, k = self.positions, r.shape[1]
+        station, turns = p.station[r], p.rotations[r]
+        each = np.where(turns, self.turned[station], self.own[station]) ** 2
+        whole = np.zeros((len(r), k, 3, k, 3))
+        for i in range(k):
+            whole[:, i, :, i] = p.covariance[r[:, i]] + each[:, i, None, None] * np.eye(3)
+            for j in range(k):
+                both = (station[:, i] == station[:, j]) & ~turns[:, i] & ~turns[:, j]
+                share = np.where(both, self.shared[station[:, i]] ** 2, 0.0)
+                whole[:, i, :, j] += share[:, None, None] * np.eye(3)
+        return np.asarray(whole.reshape(len(r), 3 * k, 3 * k))
+
+
+def instrument_alone(positions: Positions) -> Noise:
+    """The noise that the instrument has, as if the model had no error."""
+    zero = np.zeros(len(positions.stations))
+    return Noise(positions, zero, zero, zero, np.ones(len(positions)))
+
+
+def found_noise(noise: Noise, error: Array, told: int) -> Noise:
+    """The noise that errors (R, 3) of a fit have, which knows `told` combinations from them.
+
+    Source: ours; moments of what reflectors of a pose have in common, and do not.
+    """
+    p, stations = noise.positions, len(noise.positions.stations)
+    free = max(1.0 - told / (3.0 * len(p)), 1.0 / (3.0 * len(p)))
+    own, shared, turned = (np.zeros(stations) for _ in range(3))
+    for s in range(stations):
+        mine = p.station == s
+        turned[s] = _beyond(error, p.covariance, mine & p.rotations, noise.weight, free)
+        at = mine & ~p.rotations
+        size = np.bincount(p.case[at], minlength=len(p.cases))
+        several = size[p.case] > 1
+        if not (at & several).any():
+            own[s] = _beyond(error, p.covariance, at, noise.weight, free)
+            continue
+        r = np.flatnonzero(at & several)
+        k, count = size[p.case[r]], len(p.cases)
+        mean = _sums(error[r], p.case[r], count) / np.maximum(size, 1)[:, None]
+        within = ((error[r] - mean[p.case[r]]) ** 2).sum()
+        own_noise = np.einsum("rii->r", p.covariance[r])
+        poses = int((size > 1).sum())
+        inner = 3.0 * (len(r) - poses) * free
+        noisy = float((own_noise * (1.0 - 1.0 / k)).sum()) * free
+        own[s] = np.sqrt(max(within - noisy, 0.0) / inner)
+        between = float((mean[size > 1] ** 2).sum())
+        told_of = float((own_noise / k**2).sum()) + 3.0 * own[s] ** 2 * (1.0 / size[size > 1]).sum()
+        shared[s] = np.sqrt(max(between - told_of * free, 0.0) / (3.0 * poses * free))
+    return replace(noise, own=own, shared=shared, turned=turned)
+
+
+def _beyond(error: Array, covariance: Array, mine: BoolArray, weight: Array, free: float) -> float:
+    """Standard deviation that errors have beyond their covariance, each by itself.
+
+    Source: ours; the one at which the sum of squares over the noise is what it should be.
+    """
+    if not mine.any():
+        return 0.0
+    values, vectors = np.linalg.eigh(covariance[mine])
+    squares = np.einsum("rij,ri->rj", vectors, error[mine]) ** 2 * weight[mine, None]
+    wanted = 3.0 * free * float(weight[mine].sum())
+
+    def open_(variance: float) -> float:
+        return float((squares / (values + variance)).sum()) - wanted
+
+    if open_(0.0) <= 0.0:
+        return 0.0
+    low, high = 0.0, float(squares.sum()) / wanted
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if open_(middle) > 0.0 else (low, middle)
+    return float(np.sqrt(high))
+
+
+def _sums(values: Array, group: IntArray, count: int) -> Array:
+    """(count, 3) sums of values (r, 3) by group."""
+    return np.stack([np.bincount(group, v, count) for v in values.T], axis=1)

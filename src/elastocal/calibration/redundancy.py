@@ -1,0 +1,90 @@
+"""What readings tell of the unknowns together, and what they cannot tell apart.
+
+Many geometric errors do the same: the zero of the first joint and a turn of the base, offsets
+along parallel axes. Such a combination keeps what its prior has, so that every number is one; it
+is said to be open, and no number that rests on it is shown as if it had been measured.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from elastocal.arrays import Array, BoolArray, freeze
+from elastocal.calibration.parameters import Parameters
+
+_NOTHING = 1e-5  # singular value, of columns of unit length, at which nothing is told
+_INVOLVED = 0.05  # share of the largest part of a combination at which an unknown is named
+_SEEN = 0.5  # standard error over that of the prior up to which readings speak
+
+
+@dataclass(frozen=True)
+class Redundancy:
+    """What is told and what is not.
+
+    Attributes:
+        told: Number of combinations of the unknowns that move readings: the rank of the rows.
+        well: How many of them the readings tell better than was known before.
+        open: (r, U) combinations that nothing tells, each with as few unknowns as may be, the
+            largest part 1 [rad or m of each].
+        seen: (U,) unknowns of which the readings say more than was known before.
+    """
+
+    told: int
+    well: int
+    open: Array
+    seen: BoolArray
+
+    def __post_init__(self) -> None:
+        freeze(self, "open")
+        freeze(self, "seen", dtype=np.bool_)
+
+
+def redundancy_of(parameters: Parameters, rows: Array) -> Redundancy:
+    """What whitened rows (3R, U) tell of the unknowns.
+
+    Source: ours; the rank of the whitened Jacobian with columns of unit length.
+    """
+    size = np.linalg.norm(rows, axis=0)
+    scale = 1.0 / np.where(size > 0.0, size, 1.0)
+    triangle = np.linalg.qr(rows * scale, mode="r")
+    values, vectors = np.linalg.svd(triangle)[1:]
+    values = np.append(values, np.zeros(len(vectors) - len(values)))
+    told = int((values > _NOTHING * values[0]).sum())
+    information = parameters.rows.T @ parameters.rows
+    prior = np.diagonal(information)
+    known = prior > 0.0
+    whole = rows.T @ rows + information
+    own = 1.0 / np.sqrt(np.diagonal(whole))
+    covariance = np.linalg.inv(whole * np.outer(own, own)) * np.outer(own, own)
+    # Of a base or a reflector nothing was known before; what else is open leaves it open too.
+    before = np.where(known, 1.0 / np.sqrt(np.where(known, prior, 1.0)), np.inf)
+    share = np.sqrt(np.diagonal(covariance)) / before
+    open_ = _sparse(vectors[told:] * scale, parameters)
+    leans = (
+        (np.abs(open_) > _INVOLVED).any(axis=0) if len(open_) else np.zeros(len(own), dtype=bool)
+    )
+    free = covariance @ information  # of 1 where a combination rests on its prior
+    well = len(own) - int((np.linalg.eigvals(free).real > 0.5).sum())
+    return Redundancy(told, well, open_, np.where(known, share < _SEEN, ~leans))
+
+
+def _sparse(basis: Array, parameters: Parameters) -> Array:
+    """(r, U) the same space as `basis`, with few unknowns in each row: reduced to steps.
+
+    Geometric errors are the pivots: what bases and tools do together is said of them.
+    """
+    rows = np.array(basis)
+    weight = np.where(np.isin(parameters.block, ("base", "tool", "probe")), 0.1, 1.0)
+    for i in range(len(rows)):
+        rest = np.abs(rows[i:]) * weight
+        at, pivot = divmod(int(rest.argmax()), rest.shape[1])
+        rows[[i, i + at]] = rows[[i + at, i]]
+        rows[i] /= rows[i, pivot]
+        others = np.arange(len(rows)) != i
+        rows[others] -= rows[others, pivot][:, None] * rows[i]
+    largest = np.abs(rows).max(axis=1, keepdims=True, initial=0.0)
+    rows /= np.where(largest > 0.0, largest, 1.0)
+    rows[np.abs(rows) < 1e-3] = 0.0
+    return rows
