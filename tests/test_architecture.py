@@ -43,7 +43,7 @@ MAY_IMPORT = {
     "identification": "wording robot elastic measuring fitting",
     "calibration": "wording robot elastic measuring fitting",
     "motion": "wording robot elastic constraints",
-    "study": "core wording robot elastic constraints measuring design motion",
+    "study": "core wording robot elastic constraints measuring calibration design motion",
     "planning": "all but compensation",
     "simulation": "robot elastic measuring fitting identification study planning",
     "programs": "wording robot elastic constraints study motion planning",

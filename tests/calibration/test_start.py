@@ -10,7 +10,7 @@ import pytest
 from elastocal.calibration.beginning import begin
 from elastocal.calibration.parameters import parameters_of
 from elastocal.calibration.prediction import predicted
-from elastocal.calibration.start import best_fit, placed
+from elastocal.calibration.start import placed
 from elastocal.errors import InputError
 from elastocal.robot.posture import forward_kinematics
 from elastocal.robot.rotations import from_rotation_vectors
@@ -33,14 +33,6 @@ def test_base_and_reflector_are_found_from_nothing(seed: int) -> None:
     assert left < 3e-4
     assert T[:3, :3] == pytest.approx(turn, abs=2e-3)
     assert found == pytest.approx(point, abs=2e-3)
-
-
-def test_best_fit_is_the_rigid_motion() -> None:
-    rng = np.random.default_rng(1)
-    points, turn = rng.normal(size=(5, 3)), from_rotation_vectors(rng.normal(size=(1, 3)))[0]
-    T = best_fit(points, points @ turn.T + [1.0, 2.0, 3.0])
-    assert T[:3, :3] == pytest.approx(turn, abs=1e-12)
-    assert T[:3, 3] == pytest.approx([1.0, 2.0, 3.0], abs=1e-12)
 
 
 def test_several_stations_and_mountings_begin_where_they_are() -> None:

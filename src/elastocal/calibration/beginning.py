@@ -6,8 +6,9 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.calibration.arm_model import ArmModel, State
-from elastocal.calibration.start import best_fit, placed
+from elastocal.calibration.start import placed
 from elastocal.errors import InputError
+from elastocal.measuring.best_fit import best_fits
 from elastocal.measuring.positions import Positions
 from elastocal.robot.posture import forward_kinematics
 from elastocal.robot.rotations import from_rotation_vectors
@@ -18,8 +19,10 @@ _ABSURD = 0.1  # m beyond which an arm as drawn is not the one that was measured
 _SHARE = 0.25  # the same as a share of how far the readings spread
 
 
-def begin(model: ArmModel, positions: Positions) -> State:
-    """Bases and reflectors that fit best to the arm as drawn.
+def begin(
+    model: ArmModel, positions: Positions, *, base_known: bool = False, tool_known: bool = False
+) -> State:
+    """Bases and reflectors that fit best to the arm as drawn, unless they are known.
 
     Raises:
         InputError: too few poses, or joints and positions do not belong together.
@@ -30,7 +33,7 @@ def begin(model: ArmModel, positions: Positions) -> State:
     markers = np.tile(np.asarray(model.tool.markers), (mountings, 1, 1))
     mounting = positions.mounting[positions.case]
     points = ~positions.rotations
-    known_base, known = np.zeros(stations, dtype=bool), np.zeros(markers.shape[:2], dtype=bool)
+    known_base, known = np.full(stations, base_known), np.full(markers.shape[:2], tool_known)
     while True:
         pairs = np.stack([positions.station, mounting, positions.marker], axis=1)[points]
         open_ = [
@@ -45,16 +48,18 @@ def begin(model: ArmModel, positions: Positions) -> State:
         _, (s, m, k) = max(near or open_)
         mine = points & (positions.station == s) & (mounting == m) & (positions.marker == k)
         frames, seen = flange[positions.case[mine]], positions.value[mine]
+        if known_base[s] and known[m, k]:
+            continue
         if known_base[s]:
             inside = (seen - base[s, :3, 3]) @ base[s, :3, :3] - frames[:, :3, 3]
             markers[m, k] = np.einsum("nij,ni->nj", frames[:, :3, :3], inside).mean(axis=0)
         elif known[m, k] and len(seen) >= FEWEST - 1:
-            base[s] = best_fit(frames[:, :3, :3] @ markers[m, k] + frames[:, :3, 3], seen)
+            base[s] = _registered(frames[:, :3, :3] @ markers[m, k] + frames[:, :3, 3], seen)
         else:
             base[s], markers[m, k] = _alone(frames, seen, positions, s)
         known_base[s] = known[m, k] = True
     probe = np.tile(np.eye(3), (mountings, 1, 1))
-    for m in range(mountings):
+    for m in range(0 if tool_known else mountings):
         mine = positions.rotations & (mounting == m)
         if mine.any():
             turned = base[positions.station[mine], :3, :3] @ flange[positions.case[mine], :3, :3]
@@ -65,6 +70,14 @@ def begin(model: ArmModel, positions: Positions) -> State:
     return State(
         base, markers, probe, np.zeros(len(model.errors)), np.zeros(len(model.compliances)), payload
     )
+
+
+def _registered(points: Array, seen: Array) -> Array:
+    """(4, 4) T_station_base of points in the frame of the base [m], and where they were read."""
+    rotation, shift, _ = best_fits(points, seen[None])
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = rotation[0], shift[0]
+    return T
 
 
 def _alone(frames: Array, seen: Array, positions: Positions, s: int) -> tuple[Array, Array]:

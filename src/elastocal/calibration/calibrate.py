@@ -80,7 +80,10 @@ def calibrate(
     Source: ours.
     """
     loss = loss or Squares()
-    state = begin(model, positions) if start is None else start
+    known = {b: all(parameters.held[parameters.of(b)]) for b in ("base", "tool")}
+    if start is None:
+        start = begin(model, positions, base_known=known["base"], tool_known=known["tool"])
+    state = start
     noise, fit = instrument_alone(positions), None
     told = len(parameters)
     for _ in range(_ROUNDS):
@@ -115,10 +118,13 @@ def _judged(
 ) -> Calibration:
     """The calibration with its covariance, its redundancy, and what leaving poses out does."""
     rows = noise.over(fit.found.rows)
+    rows[..., parameters.held] = 0.0
     flat = rows.reshape(-1, len(parameters))
     information = flat.T @ flat + parameters.rows.T @ parameters.rows
+    information[parameters.held, parameters.held] = 1.0
     scale = 1.0 / np.sqrt(np.diagonal(information))
     covariance = np.linalg.inv(information * np.outer(scale, scale)) * np.outer(scale, scale)
+    covariance[parameters.held, parameters.held] = 0.0
     redundancy = redundancy_of(parameters, flat)
     dof = 3.0 * len(positions) - redundancy.told
     if (noise.shared > 0.0).any():

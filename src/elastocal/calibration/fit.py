@@ -52,10 +52,12 @@ def solved(
     size = _size(model, parameters, state, found, noise)
     for step in range(1, _MOST_STEPS + 1):
         rows = noise.over(found.rows).reshape(-1, len(parameters))
+        rows[:, parameters.held] = 0.0
         errors = noise.over(found.error[..., None]).reshape(-1)
         normal = rows.T @ rows + parameters.rows.T @ parameters.rows
         gradient = rows.T @ errors - parameters.rows.T @ from_prior(parameters, model, state)
-        scale = np.sqrt(np.maximum(np.diagonal(normal), 1e-300))
+        normal[parameters.held, parameters.held] = 1.0  # these do not move
+        scale = np.sqrt(np.diagonal(normal))
         normal = normal / np.outer(scale, scale)
         while True:
             values = np.linalg.solve(normal + damping * np.eye(len(normal)), gradient / scale)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from elastocal.arrays import Array, IntArray, freeze, unset
+from elastocal.arrays import Array, BoolArray, IntArray, freeze, frozen, unset
 from elastocal.calibration.arm_model import ArmModel, State, small_bases
 from elastocal.measuring.positions import Positions
 from elastocal.robot.geometry import group_of
@@ -37,6 +37,8 @@ class Parameters:
         geometry: Number G of geometric errors.
         hung: The payloads that are unknown.
         rows: (E, U) what was known before, in units of its uncertainty.
+        mean: (p,) what was expected of the compliances before.
+        held: (U,) unknowns that are known exactly: bases and tools nobody asks for.
     """
 
     names: tuple[str, ...]
@@ -48,9 +50,14 @@ class Parameters:
     compliances: int
     hung: tuple[int, ...] = ()
     rows: Array = field(default_factory=unset)
+    mean: Array = field(default_factory=unset)
+    held: BoolArray = field(default_factory=lambda: frozen([], np.bool_))
 
     def __post_init__(self) -> None:
-        freeze(self, "rows")
+        mean = self.mean if self.mean.size else np.zeros(self.compliances)
+        held = self.held if self.held.size else np.zeros(len(self.names))
+        freeze(self, "rows", mean=mean)
+        freeze(self, held=held, dtype=np.bool_)
         freeze(self, "targets", dtype=np.int64)
 
     def __len__(self) -> int:
@@ -101,15 +108,20 @@ def parameters_of(
     model: ArmModel,
     positions: Positions,
     compliance_prior: Array | None = None,
+    mean: Array | None = None,
     geometry_prior: float = GEOMETRY_PRIOR,
+    held: tuple[str, ...] = (),
 ) -> Parameters:
     """The unknowns of a model that readings may tell.
 
     Args:
         model: Arm with its geometric errors and compliances.
         positions: Readings: stations, mountings, payloads.
-        compliance_prior: (p, p) information on the compliances that there is before, about zero.
+        compliance_prior: (p, p) information on the compliances that there is before.
+        mean: (p,) what was expected of them; zero if not given.
         geometry_prior: Standard uncertainty of each geometric error [rad or m].
+        held: Blocks that are known exactly: "base" if stations read in the frame of the base,
+            "tool" if reflectors are where they are thought to be.
     """
     tool = positions.tool
     targets = np.zeros((len(positions.mountings), len(tool.markers) + 1), dtype=np.int64)
@@ -150,7 +162,16 @@ def parameters_of(
             add(f"{what} of {model.payloads[i].name}", PAYLOAD, False)
     p, g = len(model.compliances), len(model.errors)
     found = Parameters(
-        tuple(names), tuple(block), tuple(turns), len(positions.stations), targets, g, p, hung
+        tuple(names),
+        tuple(block),
+        tuple(turns),
+        len(positions.stations),
+        targets,
+        g,
+        p,
+        hung,
+        mean=np.zeros(p) if mean is None else mean,
+        held=np.isin(block, (*held, *([PROBE] if TOOL in held else []))),
     )
     return _with_prior(found, model, compliance_prior, geometry_prior)
 
@@ -181,7 +202,8 @@ def from_prior(parameters: Parameters, model: ArmModel, state: State) -> Array:
     """(E,) how far a state is from what was known before, in units of its uncertainty."""
     values = np.zeros(len(parameters))
     a, g, p = parameters.arm, parameters.geometry, parameters.compliances
-    values[a : a + g], values[a + g : a + g + p] = state.geometry, state.compliance
+    values[a : a + g] = state.geometry
+    values[a + g : a + g + p] = state.compliance - parameters.mean
     for n, i in enumerate(parameters.hung):
         load = model.payloads[i]
         thought = np.append(load.mass, load.mass * load.center)

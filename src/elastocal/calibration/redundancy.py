@@ -46,13 +46,15 @@ def redundancy_of(parameters: Parameters, rows: Array) -> Redundancy:
 
     Source: ours; the rank of the whitened Jacobian with columns of unit length.
     """
+    rows = rows[:, ~parameters.held]
     size = np.linalg.norm(rows, axis=0)
     scale = 1.0 / np.where(size > 0.0, size, 1.0)
     triangle = np.linalg.qr(rows * scale, mode="r")
     values, vectors = np.linalg.svd(triangle)[1:]
     values = np.append(values, np.zeros(len(vectors) - len(values)))
     told = int((values > _NOTHING * values[0]).sum())
-    information = parameters.rows.T @ parameters.rows
+    free = ~parameters.held
+    information = (parameters.rows.T @ parameters.rows)[np.ix_(free, free)]
     prior = np.diagonal(information)
     known = prior > 0.0
     whole = rows.T @ rows + information
@@ -61,22 +63,25 @@ def redundancy_of(parameters: Parameters, rows: Array) -> Redundancy:
     # Of a base or a reflector nothing was known before; what else is open leaves it open too.
     before = np.where(known, 1.0 / np.sqrt(np.where(known, prior, 1.0)), np.inf)
     share = np.sqrt(np.diagonal(covariance)) / before
-    open_ = _sparse(vectors[told:] * scale, parameters)
+    blocks = np.array(parameters.block)[free]
+    open_ = _sparse(vectors[told:] * scale, blocks)
     leans = (
         (np.abs(open_) > _INVOLVED).any(axis=0) if len(open_) else np.zeros(len(own), dtype=bool)
     )
-    free = covariance @ information  # of 1 where a combination rests on its prior
-    well = len(own) - int((np.linalg.eigvals(free).real > 0.5).sum())
-    return Redundancy(told, well, open_, np.where(known, share < _SEEN, ~leans))
+    rests = covariance @ information  # of 1 where a combination rests on its prior
+    well = len(own) - int((np.linalg.eigvals(rests).real > 0.5).sum())
+    seen, whole_open = np.zeros(len(free), dtype=bool), np.zeros((len(open_), len(free)))
+    seen[free], whole_open[:, free] = np.where(known, share < _SEEN, ~leans), open_
+    return Redundancy(told, well, whole_open, seen)
 
 
-def _sparse(basis: Array, parameters: Parameters) -> Array:
+def _sparse(basis: Array, blocks: Array) -> Array:
     """(r, U) the same space as `basis`, with few unknowns in each row: reduced to steps.
 
     Geometric errors are the pivots: what bases and tools do together is said of them.
     """
     rows = np.array(basis)
-    weight = np.where(np.isin(parameters.block, ("base", "tool", "probe")), 0.1, 1.0)
+    weight = np.where(np.isin(blocks, ("base", "tool", "probe")), 0.1, 1.0)
     for i in range(len(rows)):
         rest = np.abs(rows[i:]) * weight
         at, pivot = divmod(int(rest.argmax()), rest.shape[1])

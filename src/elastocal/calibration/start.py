@@ -91,16 +91,3 @@ def _cube() -> list[Array]:
             if np.linalg.det(matrix) > 0.0:
                 found.append(matrix)
     return found
-
-
-def best_fit(points: Array, seen: Array) -> Array:
-    """(4, 4) the rigid motion that takes points (N, 3) closest to where they were seen (N, 3) [m].
-
-    Source: Kabsch (1976), Horn (1987).
-    """
-    middle, there = points.mean(axis=0), seen.mean(axis=0)
-    u, _, vt = np.linalg.svd((seen - there).T @ (points - middle))
-    turn = u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
-    T = np.eye(4)
-    T[:3, :3], T[:3, 3] = turn, there - turn @ middle
-    return T

@@ -7,10 +7,16 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from elastocal.arrays import Array, freeze
-from elastocal.elastic.unknowns import Unknowns
+from elastocal.calibration.arm_model import ArmModel
+from elastocal.calibration.parameters import GEOMETRY_PRIOR, Parameters, parameters_of
+from elastocal.elastic.nuisance import Nuisance
+from elastocal.elastic.springs import VirtualJoints
+from elastocal.elastic.unknowns import each_spring, joined
 from elastocal.measuring.instrument import Instrument
+from elastocal.measuring.positions import Positions
 from elastocal.robot.chain import Robot, Tool
 from elastocal.robot.controller_axes import Coupling, uncoupled
+from elastocal.robot.geometry import geometric_errors
 from elastocal.robot.payloads import Payload
 
 
@@ -21,10 +27,15 @@ class AbsoluteStudy:
     Attributes:
         robot: The robot as drawn, with the masses of its links.
         tool: What is on the flange: reflectors where they are thought to be, the load point.
-        instrument: What reads positions, and the orientation of a probe if it has rotations.
-        compliances: The compliances that are sought; none, if the arm is taken as rigid.
+        instrument: What reads positions, and the orientation of a probe if it has rotations; its
+            noise is that of one reading.
+        springs: The compliances that are sought; none, if the arm is taken as rigid.
+        blocks: What else is sought: "base", "tool", and groups of geometric errors.
         gravity: (3,) acceleration that masses feel, base frame [m/s²].
         payloads: What may hang on the flange.
+        payload: What hangs there where readings do not say; empty for nothing.
+        nuisance: Springs that nobody asks for, with their priors; None if there are none.
+        geometry_prior: Standard uncertainty of a geometric error before [rad or m].
         controller: What the controller shows for the joint values of the model; the same if None.
         name: What the user calls it.
         text: The study file as written, empty if there is none.
@@ -33,9 +44,13 @@ class AbsoluteStudy:
     robot: Robot
     tool: Tool
     instrument: Instrument
-    compliances: Unknowns
+    springs: VirtualJoints
+    blocks: tuple[str, ...]
     gravity: Array = field(default_factory=lambda: np.array([0.0, 0.0, -9.80665]))
     payloads: tuple[Payload, ...] = ()
+    payload: str = ""
+    nuisance: Nuisance | None = None
+    geometry_prior: float = GEOMETRY_PRIOR
     controller: Coupling | None = None
     name: str = "study"
     text: str = ""
@@ -47,3 +62,29 @@ class AbsoluteStudy:
     def coupling(self) -> Coupling:
         """What the controller shows for the joint values of the model."""
         return self.controller or uncoupled(self.robot)
+
+
+def arm_model(study: AbsoluteStudy) -> ArmModel:
+    """The arm of a study with all that may be unlike its drawing."""
+    compliances = each_spring(study.springs)
+    if study.nuisance is not None:
+        compliances = joined(compliances, study.nuisance.unknowns)
+    return ArmModel(
+        study.robot,
+        study.tool,
+        geometric_errors(study.robot, study.blocks),
+        compliances,
+        study.gravity,
+        study.payloads,
+    )
+
+
+def unknowns_of(study: AbsoluteStudy, model: ArmModel, positions: Positions) -> Parameters:
+    """The unknowns of a study that readings may tell, and what was known of them before."""
+    p, known, mean = len(study.springs), None, None
+    if study.nuisance is not None:
+        size = len(model.compliances)
+        known, mean = np.zeros((size, size)), np.zeros(size)
+        known[p:, p:], mean[p:] = study.nuisance.information, study.nuisance.mean
+    held = tuple(block for block in ("base", "tool") if block not in study.blocks)
+    return parameters_of(model, positions, known, mean, study.geometry_prior, held)

@@ -115,20 +115,25 @@ def _validated(document: Located) -> StudyFile:
     value = document.value
     if not isinstance(value, dict):
         raise LocatedError((), f"expected keys such as 'robot:', found {type(value).__name__}")
-    if "elastocal" not in value:
-        raise StudyError(
-            f"{document.file}: key 'elastocal' is missing; a study file begins with "
-            "'elastocal: 1', the version of its format"
-        )
-    if not is_version(value["elastocal"]):
-        raise LocatedError(
-            ("elastocal",),
-            f"format version {value['elastocal']!r} is not known; this program reads 1",
-        )
+    check_version(document)
     try:
         return StudyFile.of(value)
     except SectionError as error:
         raise StudyError(first_problem(document, error, StudyFile)) from None
+
+
+def check_version(document: Located) -> None:
+    """Refuse a study file that does not begin with the version of its format."""
+    if "elastocal" not in document.value:
+        raise StudyError(
+            f"{document.file}: key 'elastocal' is missing; a study file begins with "
+            "'elastocal: 1', the version of its format"
+        )
+    if not is_version(document.value["elastocal"]):
+        raise LocatedError(
+            ("elastocal",),
+            f"format version {document.value['elastocal']!r} is not known; this program reads 1",
+        )
 
 
 def _study(file: StudyFile, path: Path, text: str, given: KnownOf | None) -> Study:
