@@ -96,7 +96,12 @@ def test_a_second_campaign_knows_what_is_asked_for_alone(folder: Path, tmp_path:
     (tmp_path / "two.yaml").write_text(text, encoding="utf-8")
     out = tmp_path / "two.json"
     done("plan", tmp_path / "two.yaml", "--known", folder / "plan.json", "-o", out)
-    assert json.loads(out.read_text("utf-8"))["covariance"]["order"] == ["J1", "J2", "J3"]
+    second = json.loads(out.read_text("utf-8"))
+    assert second["covariance"]["order"] == ["J1", "J2", "J3"]
+    promised = json.loads((folder / "plan.json").read_text("utf-8"))["promise"]["standard_error"]
+    for i, name in enumerate(second["known"]["covariance"]["order"]):
+        error = second["known"]["covariance"]["matrix"][i][i] ** 0.5
+        assert error == pytest.approx(promised[name]["value"], rel=1e-9)
 
 
 def test_virtual_campaigns_are_on_robots_with_it(folder: Path, tmp_path: Path) -> None:

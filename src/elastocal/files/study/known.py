@@ -70,7 +70,11 @@ def _is_plan(text: str) -> bool:
 
 
 def _promised(text: str, path: Path, robot: Robot, study_of: StudyOf) -> ComplianceModel:
-    """What a plan promises: covariances recomputed from its study; compliances it knows none."""
+    """What a plan promises: covariances recomputed from its study; compliances it knows none.
+
+    Errors of its load cases are in them. What all its loads err together is not shared with those
+    of the campaign that comes: nobody says that the cell will be the same.
+    """
     document = document_of(text, path)
     written = (document.get("study") or {}).get("text")
     if not written:
@@ -87,5 +91,6 @@ def _promised(text: str, path: Path, robot: Robot, study_of: StudyOf) -> Complia
         raise PlanFileError(f"{path}: this plan does not identify its compliances")
     springs = study.sought
     own = [study.fitted.names.index(name) for name in springs.names]
-    covariance = worth.covariance[np.ix_(own, own)]
+    promise = worth.promise
+    covariance = worth.covariance[np.ix_(own, own)] if promise is None else promise.covariance
     return ComplianceModel(springs, np.zeros(len(springs)), covariance, source=path.name)
