@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from elastocal.arrays import Array, BoolArray, unset
+from elastocal.fitting.nonnegative import nonnegative
 
 _MOST_CUTS = 80
 _NEAR, _NEARER = 1e-5, 1e-10  # share of its largest eigenvalue by which a tensor may be negative
@@ -168,8 +169,6 @@ def _gone(tensors: Array, at: Array) -> BoolArray:
 
 def _above(triangle: Array, right: Array, lower: Array) -> tuple[Array, BoolArray]:
     """Estimate under lower bounds, -inf for none, and which unknowns are held at theirs."""
-    from scipy.optimize import nnls
-
     bounded = np.isfinite(lower)
     held = np.zeros(len(lower), dtype=bool)
     if bounded.any():
@@ -178,7 +177,7 @@ def _above(triangle: Array, right: Array, lower: Array) -> tuple[Array, BoolArra
         moved, part = np.linalg.qr(triangle[:, order])
         loose = int((~bounded).sum())
         least, below = lower[bounded], part[loose:, loose:]
-        above, _ = nnls(below, (moved.T @ right)[loose:] - below @ least)
+        above = nonnegative(below, (moved.T @ right)[loose:] - below @ least)
         held[bounded] = above == 0.0
     free = ~held
     solution = np.array(lower)
@@ -195,8 +194,6 @@ def _above_cuts(
 
     Source: least distance programming, Lawson & Hanson, Solving Least Squares Problems, ch. 23.
     """
-    from scipy.optimize import nnls
-
     bounded = np.flatnonzero(np.isfinite(lower))
     rows = np.concatenate([np.eye(len(lower))[bounded], cuts])
     limits = np.append(lower[bounded], least)
@@ -204,7 +201,8 @@ def _above_cuts(
     size = np.linalg.norm(whole, axis=0)
     open_ = (limits - right @ whole) / size
     reach = max(float(np.abs(open_).max()), 1e-300)
-    weight, _ = nnls(np.vstack([whole / size, open_ / reach]), np.append(np.zeros(len(right)), 1.0))
+    wanted = np.append(np.zeros(len(right)), 1.0)
+    weight = nonnegative(np.vstack([whole / size, open_ / reach]), wanted)
     active = weight > 0.0
     held = np.zeros(len(lower), dtype=bool)
     held[bounded[active[: len(bounded)]]] = True
