@@ -3,9 +3,10 @@
     python benchmarks/coverage.py [--campaigns 2000] [--part joints|mixed]
 
 Virtual campaigns of the KR 270 with linear readings, every number of them drawn anew: noise, what
-was known before, springs that nobody asks for (positive, with the root mean square that the study
-states), errors of load cases. Printed are the shares of 95 % intervals that hold the truth, the
-smallest and the largest over the compliances, and of the displacement at the test pose.
+was known before, springs that nobody asks for (positive, tensors without a negative eigenvalue,
+with the root mean square that the study states), errors of load cases. Printed are the shares of
+95 % intervals that hold the truth, the smallest and the largest over the compliances, and of the
+displacement at the test pose.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
 from elastocal.identification.result import Identification
 from elastocal.measuring.measurements import Measurements
+from elastocal.simulation.true_robot import sizes
 from elastocal.study.study import Study
 
 _HUNG = "force_N: [0, 0, -2500]"
@@ -183,9 +185,7 @@ def _drawer(
     made = [springs.names.index(name) for name in nuisance.unknowns.springs.names]
 
     def draw() -> tuple[Array, Array]:
-        size = np.hypot(nuisance.mean, nuisance.deviation)  # root mean square, either way
-        size = size * rng.normal(size=len(size))
-        size = np.where(nuisance.signed, size, np.abs(size))
+        size = sizes(nuisance, rng)
         compliance = np.zeros(len(springs))
         compliance[own], compliance[made] = truth, nuisance.unknowns.make @ size
         read = rows @ compliance

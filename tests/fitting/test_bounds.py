@@ -8,6 +8,7 @@ from scipy.optimize import minimize
 
 from elastocal.arrays import Array
 from elastocal.fitting.bounds import Bounds, bounded, tangent
+from elastocal.fitting.least_squares import fits
 
 INF = np.inf
 
@@ -68,6 +69,22 @@ def test_tensors_are_never_negative_and_nothing_fits_better(seed: int) -> None:
     moving = tangent(BOUNDS, held, found)
     slope = moving.T @ triangle.T @ (triangle @ found - right)
     assert np.abs(slope).max(initial=0.0) < 1e-8
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_no_unit_of_the_unknowns_loses_a_bound(seed: int) -> None:
+    """Compliances are tiny numbers: tensors that are made of them are as tiny."""
+    rng = np.random.default_rng(seed)
+    triangle, right = problem(rng)
+    units = 10.0 ** rng.uniform(8.0, 12.0, 8)
+    units[[2, 3, 4]], units[[5, 6, 7]] = units[2], units[5]
+    one = fits(triangle[None], right[None], bounds=BOUNDS)
+    small = fits((triangle * units)[None], right[None], bounds=BOUNDS)
+    np.testing.assert_allclose(small.estimate * units, one.estimate, rtol=1e-6, atol=1e-9)
+    assert small.held.tolist() == one.held.tolist()
+    for tensor in BOUNDS.tensors:
+        size = np.linalg.eigvalsh(tensor @ small.estimate[0])
+        assert size[0] >= -1e-10 * size[-1]
 
 
 def test_a_tensor_of_which_nothing_is_left_is_held_as_a_whole() -> None:

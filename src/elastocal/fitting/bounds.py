@@ -35,8 +35,11 @@ class Bounds:
     tensors: Array = field(default_factory=unset)
 
     def scaled(self, scale: Array) -> Bounds:
-        """The same on unknowns that are (p,) `scale` times as small."""
-        tensors = self.tensors * scale if len(self.tensors) else self.tensors
+        """The same on unknowns that are (p,) `scale` times as small; tensors of size one."""
+        tensors = self.tensors
+        if len(tensors):
+            tensors = tensors * scale
+            tensors = tensors / np.abs(tensors).max(axis=(1, 2, 3), keepdims=True)
         return Bounds(self.lower / scale, tensors)
 
 
