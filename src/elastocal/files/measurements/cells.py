@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from elastocal.errors import MeasurementFileError
 from elastocal.files.measurements.columns import Column
 from elastocal.files.measurements.fast import plain_columns
 from elastocal.files.tables.layout import Layout
-from elastocal.files.tables.numbers import decimal_in, numbers_of, plain
+from elastocal.files.tables.numbers import decimal_in, matches, numbers_of, plain
 from elastocal.names import LONGEST, flaw
 
 CHUNK = 20_000  # rows; bounds the memory for cells as text
@@ -51,13 +52,19 @@ class Cells:
     words: dict[str, Words]
 
 
-def read_cells(table: Layout, columns: dict[str, Column], decimal: str | None = None) -> Cells:
+def read_cells(
+    table: Layout,
+    columns: dict[str, Column],
+    decimal: str | None = None,
+    keep: Mapping[str, Sequence[str]] = MappingProxyType({}),
+) -> Cells:
     """Read the columns of a table.
 
     Args:
         table: The file with its header.
         columns: What to read, by key.
         decimal: Decimal sign; None to find out.
+        keep: Words of the rows that are used, by key; other rows promise no numbers.
 
     Raises:
         MeasurementFileError: the first cell that is wrong, by line and column.
@@ -67,7 +74,7 @@ def read_cells(table: Layout, columns: dict[str, Column], decimal: str | None = 
     if quick is not None:
         found = _of_plain(table, columns, *quick)
     else:
-        found = _cell_by_cell(table, columns, decimal)
+        found = _cell_by_cell(table, columns, decimal, keep)
     for key, words in found.words.items():
         for code, name in enumerate(words.names if _may_be_flawed(words.names) else ()):
             if wrong := flaw(name):
@@ -95,15 +102,18 @@ def _of_plain(
     return Cells(table.file.path, lines, headers, numbers, words)
 
 
-def _cell_by_cell(table: Layout, columns: dict[str, Column], decimal: str) -> Cells:
+def _cell_by_cell(
+    table: Layout, columns: dict[str, Column], decimal: str, keep: Mapping[str, Sequence[str]]
+) -> Cells:
     numbers: dict[str, list[Array]] = {k: [] for k, c in columns.items() if c.meaning.kind}
     words: dict[str, list[IntArray]] = {k: [] for k, c in columns.items() if not c.meaning.kind}
     codes: dict[str, dict[str, int]] = {key: {} for key in words}
     lines: list[IntArray] = []
     marks = [(columns[k].index, out) for k, out in NOT_USED.items() if k in columns]
+    kept = [(columns[key].index, words) for key, words in keep.items()]
     for at, rows in _chunks(table.rows()):
         lines.append(np.array(at, dtype=np.int64))
-        out = _not_used(rows, marks)
+        out = _not_used(rows, marks, kept)
         for key, column in columns.items():
             cells = [row[column.index] for row in rows]
             if column.meaning.kind:
@@ -134,12 +144,18 @@ def _cell_by_cell(table: Layout, columns: dict[str, Column], decimal: str) -> Ce
 
 
 def _not_used(
-    rows: Sequence[list[str]], marks: Sequence[tuple[int, tuple[str, ...]]]
+    rows: Sequence[list[str]],
+    marks: Sequence[tuple[int, tuple[str, ...]]],
+    kept: Sequence[tuple[int, Sequence[str]]],
 ) -> list[bool]:
-    """Which rows are marked by one of the words in one of the places; [] without marks."""
-    if not marks:
+    """Which rows are marked by one of the words in one of the places, or not kept; [] if none."""
+    if not (marks or kept):
         return []
-    return [any(plain(row[i]).lower() in words for i, words in marks) for row in rows]
+    return [
+        any(plain(row[i]).lower() in words for i, words in marks)
+        or not all(matches(plain(row[i]), words) for i, words in kept)
+        for row in rows
+    ]
 
 
 def _chunks(

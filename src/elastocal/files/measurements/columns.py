@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Container, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from elastocal.errors import MeasurementFileError
 from elastocal.files.tables.units import UNITS, factor, spelled, split_header, unit_hint
@@ -12,6 +12,15 @@ from elastocal.robot.chain import Robot
 
 AXES = ("x", "y", "z")
 WORDS = ("experiment", "marker", "state", "valid", "delete")
+PLACES = ("series", "station", "mounting", "payload")
+"""Words of campaigns in several parts, and of absolute readings."""
+LINE = "line"
+"""A word that only mappings have: the line of the first file that a row belongs to."""
+TIME, STAMP = "time", "time stamp"
+ANGLES = ("rx", "ry", "rz")
+QUATERNION = ("qw", "qx", "qy", "qz")
+NUMBER = "number"
+"""Kind of a quantity that has no unit."""
 FORCES = tuple(f"F{axis}" for axis in AXES)
 TORQUES = tuple(f"T{axis}" for axis in AXES)
 MASS = "hanging mass"
@@ -42,7 +51,12 @@ class Triple:
     @property
     def columns(self) -> tuple[str, ...]:
         """All of them."""
-        return (*self.values, *(n for kind in self.uncertainties for n in kind), *self.covariances)
+        return (*self.values, *self.noise)
+
+    @property
+    def noise(self) -> tuple[str, ...]:
+        """Those that say how certain it is."""
+        return (*(n for kind in self.uncertainties for n in kind), *self.covariances)
 
 
 POSITION = Triple(
@@ -61,6 +75,10 @@ ROTATION = Triple(
     "mrad",
     "mrad2",
 )
+PLACE = replace(POSITION, what="position", values=AXES)
+"""Where a reflector was read."""
+TURN = replace(ROTATION, what="orientation", values=ANGLES)
+"""How a probe was turned; its values may be a quaternion, too."""
 _KINDS: dict[str, str] = {
     **dict.fromkeys(FORCES, "force"),
     **dict.fromkeys(TORQUES, "torque"),
@@ -71,7 +89,12 @@ _KINDS: dict[str, str] = {
     **{name: "length" for names in POSITION.uncertainties for name in names},
     **dict.fromkeys(POSITION.covariances, "covariance"),
     **dict.fromkeys(ROTATION.covariances, "covariance of rotations"),
+    **dict.fromkeys(ANGLES, "angle"),
+    **dict.fromkeys(QUATERNION, NUMBER),
+    TIME: "time",
 }
+_OF_POSITIONS = {*PLACES, TIME, *ANGLES, *QUATERNION}
+"""What only absolute readings have, or campaigns that a mapping explains."""
 _CASE_MATTERS = {"u", "ux", "uy", "uz", "ur", "urx", "ury", "urz"}
 """A capital U is an expanded uncertainty by custom, so it must not pass for a standard one."""
 
@@ -93,7 +116,7 @@ class Meaning:
     @property
     def example(self) -> str:
         """A header that would do."""
-        if not self.kind:
+        if self.kind in ("", NUMBER):
             return self.name
         return f"{self.name} [{next(iter(UNITS[self.kind]))}]"
 
@@ -125,8 +148,17 @@ def meanings(robot: Robot) -> dict[str, Meaning]:
         f"q:{joint.name}": Meaning(f"q:{joint.name}", joint.name, joint.kind.quantity)
         for joint in robot.joints
     }
-    found |= {name: Meaning(name, name) for name in WORDS}
-    return found | {name: Meaning(name, name, kind) for name, kind in _KINDS.items()}
+    found |= {name: Meaning(name, name) for name in (*WORDS, *PLACES)}
+    found |= {name: Meaning(name, name, kind) for name, kind in _KINDS.items()}
+    for joint in robot.joints:
+        name, kind = f"torque {joint.name}", "force" if joint.prismatic else "torque"
+        found[f"t:{joint.name}"] = Meaning(f"t:{joint.name}", name, kind)
+    return found
+
+
+def raw(name: str) -> Meaning:
+    """A column that means nothing here, by whose words rows are chosen."""
+    return Meaning(f"raw:{name}", name)
 
 
 def meaning_named(name: str, robot: Robot) -> Meaning | None:
@@ -136,7 +168,12 @@ def meaning_named(name: str, robot: Robot) -> Meaning | None:
 
 
 def columns_by_name(
-    header: Sequence[str], robot: Robot, where: str, *, rotation: bool = True
+    header: Sequence[str],
+    robot: Robot,
+    where: str,
+    *,
+    rotation: bool = True,
+    absolute: bool = False,
 ) -> dict[str, Column]:
     """The columns of a canonical file, by key; columns that mean nothing here are left out.
 
@@ -145,6 +182,7 @@ def columns_by_name(
         robot: Whose joints it has.
         where: Place of the header, for messages.
         rotation: Whether rotations mean something.
+        absolute: Whether positions are absolute readings, and not deflections.
 
     Raises:
         MeasurementFileError: two columns for one quantity; a unit missing or of the wrong kind.
@@ -154,7 +192,8 @@ def columns_by_name(
     parts = [split_header(cell) for cell in header]
     names = [name for name, _ in parts]
     _check_capitals(header, names, known, where)
-    for meaning in _needed(known, names, rotation=rotation):
+    used = _absolute(known) if absolute else _needed(known, names, rotation=rotation)
+    for meaning in used:
         places = _places(meaning, names, known)
         if not places:
             continue
@@ -163,7 +202,8 @@ def columns_by_name(
             twice = f"column {a!r} appears twice" if a == b else f"two columns, {a!r} and {b!r}"
             raise MeasurementFileError(f"{where}: {twice}; expected one for {meaning.name!r}")
         index = places[0]
-        found[meaning.key] = column_of(meaning, index, header[index], parts[index][1], where)
+        column = column_of(meaning, index, header[index], parts[index][1], where)
+        found[column.meaning.key] = column
     return found
 
 
@@ -173,7 +213,16 @@ def column_of(meaning: Meaning, index: int, header: str, unit: str | None, where
     Raises:
         MeasurementFileError: the unit is missing or of the wrong kind.
     """
+    if meaning.key == TIME and not unit:
+        meaning = Meaning(STAMP, TIME)
     if not meaning.kind:
+        return Column(meaning, index, header)
+    if meaning.kind == NUMBER:
+        if unit not in (None, "", "-"):
+            raise MeasurementFileError(
+                f"{where}: column {header!r}: {meaning.name!r} is a number without unit, found "
+                f"{unit!r}"
+            )
         return Column(meaning, index, header)
     if not unit:
         raise MeasurementFileError(
@@ -209,6 +258,13 @@ def _needed(known: dict[str, Meaning], names: Sequence[str], *, rotation: bool) 
     deflections = any(name.lower() in DEFLECTIONS for name in names)
     without = set(AXES) if deflections and not states else set()
     without |= set() if rotation else set(ROTATION.columns)
+    without |= _OF_POSITIONS
+    return [m for key, m in known.items() if key not in without and not key.startswith("t:")]
+
+
+def _absolute(known: dict[str, Meaning]) -> list[Meaning]:
+    """All that absolute readings have."""
+    without = {*DEFLECTIONS, *ROTATIONS}
     return [meaning for key, meaning in known.items() if key not in without]
 
 

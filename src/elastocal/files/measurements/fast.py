@@ -87,7 +87,7 @@ def plain_columns(
     text, start = table.file.text, table.start
     if table.delimiter in (" ", decimal) or len(text) - start < LEAST:
         return None
-    if text.find('"', start) >= 0 or text.find("#", start) >= 0:
+    if text.find('"', start) >= 0 or not table.plain:
         return None
     if not any(column.meaning.kind and not column.optional for column in columns.values()):
         return None  # rows of nothing but delimiters would not be noticed

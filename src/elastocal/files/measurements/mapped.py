@@ -10,9 +10,12 @@ from dataclasses import replace
 import numpy as np
 
 from elastocal.errors import MeasurementFileError
-from elastocal.files.measurements.cells import Words
-from elastocal.files.measurements.columns import Column, column_of
-from elastocal.files.measurements.mapping import Constant, FieldMapping, Place
+from elastocal.files.measurements.cells import Cells, Words
+from elastocal.files.measurements.columns import TIME, Column, Meaning, column_of, raw
+from elastocal.files.measurements.joined import of_loaded
+from elastocal.files.measurements.mapping import FieldMapping
+from elastocal.files.measurements.mapping_places import Constant, Place, twice
+from elastocal.files.measurements.patterns import Pattern
 from elastocal.files.measurements.table import Source, Table
 from elastocal.files.tables.layout import Layout
 from elastocal.files.tables.units import spelled, split_header
@@ -36,23 +39,81 @@ def mapped_columns(tables: Sequence[Layout], mapping: FieldMapping) -> list[dict
             raise MeasurementFileError(_not_found(tables, files, place))
         for i, index in hits.items():
             header = tables[i].header[index]
-            found[i][place.key] = _column(place, index, header, mapping.style.header)
+            column = _column(place, index, header, mapping.style(i).header)
+            key = place.key if place.meaning.key != TIME else column.meaning.key
+            if key in found[i]:
+                raise MeasurementFileError(twice(place.meaning.key, place.where))
+            found[i][key] = column
+    split: list[set[str]] = [set() for _ in tables]
+    for number, pattern in enumerate(mapping.patterns):
+        for i, index in _columns_of(tables, pattern).items():
+            key = pattern_key(number)
+            also = [w for w in pattern.words if w in found[i] or w in split[i]]
+            if also:
+                raise MeasurementFileError(twice(also[0], pattern.where))
+            split[i] |= {*pattern.words}
+            found[i][key] = Column(Meaning(key, pattern.column), index, tables[i].header[index])
+    for name in mapping.keep:
+        if not _gives(mapping, name):
+            hits = {
+                i: at
+                for i, table in enumerate(tables)
+                if (at := _named(table, name, str(mapping.path))) is not None
+            }
+            for i, index in hits.items():
+                found[i][f"raw:{name}"] = Column(raw(name), index, tables[i].header[index])
+            if not hits:
+                nowhere = Place(raw(name), None, name, None, "", f"{mapping.path}: keep")
+                raise MeasurementFileError(_not_found(tables, range(len(tables)), nowhere))
     return found
+
+
+def pattern_key(number: int) -> str:
+    """Key of the column that a pattern splits."""
+    return f"pattern:{number}"
+
+
+def _columns_of(tables: Sequence[Layout], pattern: Pattern) -> dict[int, int]:
+    """The columns that a pattern splits, by file.
+
+    Raises:
+        MeasurementFileError: no file has it.
+    """
+    files = range(len(tables)) if pattern.file is None else [pattern.file - 1]
+    hits = {
+        i: at for i in files if (at := _named(tables[i], pattern.column, pattern.where)) is not None
+    }
+    if not hits:
+        place = Place(raw(pattern.column), None, pattern.column, None, "", pattern.where)
+        raise MeasurementFileError(_not_found(tables, files, place))
+    return hits
+
+
+def _gives(mapping: FieldMapping, word: str) -> bool:
+    """Whether a mapping says where one of our words is."""
+    return any(place.meaning.key == word for place in mapping.places) or any(
+        word in pattern.words for pattern in mapping.patterns
+    )
 
 
 def _index(table: Layout, place: Place) -> int | None:
     """Where a column is in a file: by number, by name, or by name without the unit."""
     if isinstance(place.column, int):
         return place.column - 1 if place.column <= len(table.header) else None
-    wanted, there = _said(place.column), [_said(cell) for cell in table.header]
+    return _named(table, place.column, place.where)
+
+
+def _named(table: Layout, name: str, where: str) -> int | None:
+    """Where the column of this name is in a file."""
+    wanted, there = _said(name), [_said(cell) for cell in table.header]
     for hits in (
-        [i for i, cell in enumerate(table.header) if cell == place.column],
+        [i for i, cell in enumerate(table.header) if cell == name],
         [i for i, said in enumerate(there) if said == wanted],
         [i for i, said in enumerate(there) if wanted == (said[0], None)],
     ):
         if len(hits) > 1:
             raise MeasurementFileError(
-                f"{place.where}: {table.file.path} has {len(hits)} columns {place.column!r}; give "
+                f"{where}: {table.file.path} has {len(hits)} columns {name!r}; give "
                 "the number of the one that is meant"
             )
         if hits:
@@ -90,19 +151,23 @@ def _column(place: Place, index: int, header: str, named: bool) -> Column:
 
 
 def completed(table: Table, mapping: FieldMapping) -> Table:
-    """The table with the constants of a mapping, its words, and one row for each marker.
+    """The table with the constants of a mapping, and one row for each marker.
 
     Raises:
         MeasurementFileError: a list of constants that does not fit the files.
     """
-    words = {
-        key: _translated(w, mapping.words.get(key.split("@")[0], {}))
-        for key, w in table.words.items()
-    }
-    table = replace(table, words=words)
     for constant in mapping.constants:
         table = _with_constant(table, constant)
     return _unfolded(table, mapping.markers) if mapping.markers else table
+
+
+def translated(cells: Cells, mapping: FieldMapping) -> Cells:
+    """The cells of a file with our words for theirs."""
+    words = {
+        key: _translated(w, mapping.words.get(key.split("@")[0], {}))
+        for key, w in cells.words.items()
+    }
+    return replace(cells, words=words)
 
 
 def _translated(words: Words, ours: dict[str, str]) -> Words:
@@ -120,7 +185,7 @@ def _with_constant(table: Table, constant: Constant) -> Table:
     file = source.file
     if len(values) == 1:
         file = np.zeros(table.rows, dtype=np.int64)
-    elif len(table.sources) > 1 or len(values) != len(source.paths):
+    elif len(values) != len(source.paths):
         raise MeasurementFileError(
             f"{constant.where}: {len(values)} values for {constant.meaning.name!r}; expected one, "
             "or one for each of several files with the same columns"
@@ -128,7 +193,8 @@ def _with_constant(table: Table, constant: Constant) -> Table:
     key = constant.meaning.key
     if constant.meaning.kind:
         numbers = np.array([float(v) for v in values])[file]
-        return replace(table, numbers=table.numbers | {key: numbers})
+        table = replace(table, numbers=table.numbers | {key: numbers})
+        return table if len(values) > 1 else of_loaded(table, [key])
     known: dict[str, int] = {}
     codes = np.array([known.setdefault(str(v), len(known)) for v in values])[file]
     return replace(table, words=table.words | {key: Words(codes, tuple(known))})

@@ -4,158 +4,40 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Collection, Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any
 
 import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.errors import InputError, MeasurementFileError
-from elastocal.files.measurements.columns import WORDS, Meaning, meaning_named
-from elastocal.files.problems import first_problem
-from elastocal.files.sections import (
-    After,
-    Before,
-    Section,
-    SectionError,
-    Told,
-    Variant,
-    as_written,
-    fresh,
+from elastocal.files.measurements.columns import LINE
+from elastocal.files.measurements.mapping_places import (
+    Constant,
+    Place,
+    check_once,
+    check_words,
+    constants_of,
+    patterns_of,
+    places_of,
+    style_of,
 )
+from elastocal.files.measurements.mapping_schema import FrameFile, LayoutFile, MappingFile
+from elastocal.files.measurements.patterns import SPLIT, Pattern
+from elastocal.files.problems import first_problem
+from elastocal.files.sections import SectionError
 from elastocal.files.tables.layout import Style
-from elastocal.files.tables.numbers import LARGEST
-from elastocal.files.tables.units import factor, split_header, unit_hint
 from elastocal.files.texts import is_version, read_text
-from elastocal.files.values import Count, DegreeVector, Either, Flag, Name, Number, Vector
 from elastocal.files.yaml_lines import Located, Path_, parse
-from elastocal.reading import is_character_set
 from elastocal.robot.chain import Robot
 from elastocal.robot.rotations import from_zyx_angles
 
 _LARGEST = 1_000_000  # bytes
 _BARE_UNIT = re.compile(r"\{[^}\"'\n]*\w \[")  # a key with its unit, not quoted, in braces
-_DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|", "space": " "}
-
-
-def _column(value: Any) -> Any:
-    number = isinstance(value, int) and not isinstance(value, bool) and value >= 1
-    if not (number or isinstance(value, str)):
-        hint = "; yes, no, on and off are names in quotes" if isinstance(value, bool) else ""
-        found = as_written(value)
-        raise ValueError(f"expected the name of a column or its number from 1, found {found}{hint}")
-    return value
-
-
-_Place = Annotated[int | str, Before(_column)]
-
-
-def _skipped(value: Any) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= 10_000:
-        raise ValueError(f"expected a whole number from 0 to 10000, found {as_written(value)}")
-    return value
-
-
-class ColumnFile(Section):
-    """A column of one of several files."""
-
-    file: Count
-    column: _Place
-
-
-class FrameFile(Section):
-    """Rotation from the frame of the readings to the base frame."""
-
-    rpy_deg: DegreeVector | None = None
-    matrix: list[Vector] | None = None
-
-
-_Column = Either[_Place, ColumnFile]
-
-
-def _known_encoding(name: str) -> str:
-    if not is_character_set(name):
-        raise ValueError(
-            f"no encoding {name!r} of text is known; expected one such as utf-8, cp1252, utf-16-le "
-            "or gb18030"
-        )
-    return name
-
-
-def _usual(value: float) -> float:
-    if not abs(value) < LARGEST:
-        raise ValueError(f"expected a number below {LARGEST:g}, found {value:g}")
-    return value
-
-
-_Constant = Annotated[
-    Annotated[Name, Variant("word")] | Annotated[Number, After(_usual), Variant("number")],
-    Told(lambda value: "word" if isinstance(value, str) else "number"),
-]
-_Constants = Annotated[
-    Annotated[_Constant, Variant("one")] | Annotated[list[_Constant], Variant("several")],
-    Told(lambda value: "several" if isinstance(value, list) else "one"),
-]
-
-
-class MappingFile(Section):
-    """A whole mapping file."""
-
-    elastocal: Literal[1]
-    delimiter: Literal["comma", "semicolon", "tab", "bar", "space"] | None = None
-    decimal: Literal["point", "comma"] | None = None
-    encoding: Annotated[Name, After(_known_encoding)] | None = None
-    skip_lines: Annotated[int, Before(_skipped)] = 0
-    header: Flag = True
-    columns: dict[Name, _Column]
-    markers: dict[Name, dict[Name, _Column]] = fresh(dict)
-    constants: dict[Name, _Constants] = fresh(dict)
-    words: dict[Name, dict[Name, Name]] = fresh(dict)
-    frame: FrameFile | None = None
-    joints: Literal["model", "controller"] = "model"
-
-
-@dataclass(frozen=True)
-class Place:
-    """Which column of the files a quantity is in.
-
-    Attributes:
-        meaning: The quantity.
-        unit: Its unit there; None to take that of the header.
-        column: Name of the column, or its number from 1.
-        file: Number of the file from 1; None for any that has it.
-        marker: The marker it belongs to, empty for all.
-        where: Place in the mapping file.
-    """
-
-    meaning: Meaning
-    unit: str | None
-    column: str | int
-    file: int | None
-    marker: str
-    where: str
-
-    @property
-    def key(self) -> str:
-        """Name of the column in this program."""
-        return f"{self.meaning.key}@{self.marker}" if self.marker else self.meaning.key
-
-
-@dataclass(frozen=True)
-class Constant:
-    """What is the same in all rows.
-
-    Attributes:
-        meaning: The quantity.
-        values: One value, or one for each file; SI units or words.
-        where: Place in the mapping file.
-    """
-
-    meaning: Meaning
-    values: tuple[float | str, ...]
-    where: str
+ORDER = "order"
+"""Rows of a file belong to those of the others in their order."""
 
 
 @dataclass(frozen=True)
@@ -165,24 +47,47 @@ class FieldMapping:
     Attributes:
         path: Where it is.
         sha256: Hash of its text.
-        style: How the files are written.
+        styles: How each file is written; one for all where it does not tell them apart.
         places: Columns that are used.
+        patterns: How the words of columns are split.
+        joins: By which words the rows of each file belong to those of the first; () in their
+            order. One for all behind the first where it does not tell them apart.
         constants: What no column says.
         words: Our word for each of theirs, by column.
+        keep: By which words rows are chosen, by column.
+        foot: Names of reflectors that stand still.
+        absolute: Whether positions are absolute readings; None if that is not said.
+        orientation: What the three angles of a probe are, None if not said.
         rotation: (3, 3) from the frame of the readings to the base; None if they are in it.
+        best_fit: Whether that rotation is to be found from the unloaded positions.
         controller: Whether the joint values are those of the controller.
         markers: Markers that have columns of their own.
     """
 
     path: Path
     sha256: str
-    style: Style
+    styles: tuple[Style, ...]
     places: tuple[Place, ...]
+    patterns: tuple[Pattern, ...]
+    joins: tuple[tuple[str, ...], ...]
     constants: tuple[Constant, ...]
     words: dict[str, dict[str, str]]
+    keep: dict[str, tuple[str, ...]]
+    foot: tuple[str, ...]
+    absolute: bool | None
+    orientation: str | None
     rotation: Array | None
+    best_fit: bool
     controller: bool
     markers: tuple[str, ...]
+
+    def style(self, i: int) -> Style:
+        """How the file with this index is written."""
+        return self.styles[i if len(self.styles) > 1 else 0]
+
+    def join(self, i: int) -> tuple[str, ...]:
+        """By which words the rows of the file with this index belong to those of the first."""
+        return self.joins[i if len(self.styles) > 1 else min(i, 1)]
 
 
 def read_mapping(path: str | Path, robot: Robot) -> FieldMapping:
@@ -204,28 +109,57 @@ def read_mapping(path: str | Path, robot: Robot) -> FieldMapping:
         hint = '; in braces, quote keys with brackets: {"x [mm]": X}'
         raise MeasurementFileError(f"{error}{hint * bool(_BARE_UNIT.search(text))}") from None
     file = _validated(document)
-    style = Style(
-        _DELIMITERS[file.delimiter] if file.delimiter else None,
-        {"point": ".", "comma": ",", None: None}[file.decimal],
-        file.encoding,
-        file.skip_lines,
-        file.header,
-    )
-    places = tuple(_places(document, file, robot))
-    constants = tuple(_constants(document, file, robot))
-    _check_once(document, places, constants)
-    _check_words(document, file, {place.meaning.key for place in places})
+    parts: Sequence[LayoutFile] = file.files or [file]
+    patterns = tuple(patterns_of(document, file))
+    places = tuple(places_of(document, file, robot))
+    constants = tuple(constants_of(document, file, robot))
+    split = {word for pattern in patterns for word in pattern.words}
+    check_once(document, places, constants)
+    check_words(document, file, {place.meaning.key for place in places} | split)
+    if not places:
+        raise MeasurementFileError(f"{document.where(())}: key 'columns' is missing")
     return FieldMapping(
         path,
         hashlib.sha256(text.encode()).hexdigest(),
-        style,
+        tuple(style_of(file, one) for one in parts),
         places,
+        patterns,
+        _joins(document, file),
         constants,
         file.words,
-        _rotation(document, file.frame),
+        {name: tuple(values) for name, values in file.keep.items()},
+        tuple(file.foot or ()),
+        None if file.positions is None else file.positions == "absolute",
+        file.orientation,
+        None if isinstance(file.frame, str) else _rotation(document, file.frame),
+        file.frame == "best-fit",
         file.joints == "controller",
         tuple(file.markers),
     )
+
+
+def _joins(document: Located, file: MappingFile) -> tuple[tuple[str, ...], ...]:
+    """How each file belongs to the first: what it says, else what is said of all."""
+    found = []
+    entries = [(("files", i), one.join) for i, one in enumerate(file.files)]
+    paths: list[tuple[Path_, Any]] = [*entries] if entries else [((), None), ((), None)]
+    for i, (path, own) in enumerate(paths):
+        join = own if own is not None else file.join
+        where = document.where((*path, "join"))
+        wrong = [] if join in (None, [ORDER]) else [w for w in join if w not in (*SPLIT, LINE)]
+        if wrong:
+            raise MeasurementFileError(
+                f"{where}: join: expected {ORDER}, {LINE}, or some of {', '.join(SPLIT)}; found "
+                f"{wrong[0]!r}"
+            )
+        if i == 0 and own is not None:
+            raise MeasurementFileError(
+                f"{where}: join: the first file is the one to which the others are joined"
+            )
+        if join is not None and LINE in join and len(join) > 1:
+            raise MeasurementFileError(f"{where}: join: {LINE!r} says the row alone")
+        found.append(() if i == 0 or join in (None, [ORDER]) else tuple(join))
+    return tuple(found)
 
 
 def _validated(document: Located) -> MappingFile:
@@ -243,135 +177,6 @@ def _validated(document: Located) -> MappingFile:
         return MappingFile.of(value)
     except SectionError as error:
         raise MeasurementFileError(first_problem(document, error, MappingFile)) from None
-
-
-def _places(document: Located, file: MappingFile, robot: Robot) -> Iterator[Place]:
-    sections: list[tuple[Path_, str, dict[str, Any]]] = [(("columns",), "", file.columns)]
-    sections += [(("markers", name), name, columns) for name, columns in file.markers.items()]
-    for path, marker, columns in sections:
-        for name, column in columns.items():
-            where = document.where((*path, name))
-            meaning, unit = _quantity(name, robot, where)
-            several = isinstance(column, ColumnFile)
-            place = column.column if isinstance(column, ColumnFile) else column
-            if isinstance(place, str):
-                place = " ".join(place.split())
-                if not place:
-                    raise MeasurementFileError(f"{where}: {name}: the name of the column is empty")
-                if not file.header and not re.fullmatch("[0-9]{1,9}", place):
-                    raise MeasurementFileError(
-                        f"{where}: {name}: with 'header: false' columns have numbers, found "
-                        f"{place!r}"
-                    )
-            if not file.header:
-                place = int(place)
-            if meaning.kind and unit is None and (isinstance(place, int)):
-                raise MeasurementFileError(
-                    f"{where}: {name!r} has no unit; expected it in brackets, such as "
-                    f"{meaning.example!r}"
-                )
-            yield Place(meaning, unit, place, column.file if several else None, marker, where)
-
-
-def _quantity(name: str, robot: Robot, where: str) -> tuple[Meaning, str | None]:
-    """The quantity and unit that a key such as 'x [mm]' names."""
-    bare, unit = split_header(name)
-    meaning = meaning_named(bare, robot)
-    if meaning is None:
-        raise MeasurementFileError(
-            f"{where}: there is no quantity {bare!r}; expected a joint "
-            f"({', '.join(robot.joint_names)}) or a column of measurements.csv such as "
-            "experiment, marker, state, 'Fx [N]', 'dx [mm]', 'x [mm]', 'u [mm]', 'U95 [mm]'"
-        )
-    if unit and not meaning.kind:
-        raise MeasurementFileError(f"{where}: {bare!r} has no unit, found {unit!r}")
-    if unit and factor(unit, meaning.kind) is None:
-        raise MeasurementFileError(
-            f"{where}: unit {unit!r} is not accepted for {meaning.name!r}; "
-            f"{unit_hint(unit, meaning.kind)}"
-        )
-    return meaning, unit
-
-
-def _constants(document: Located, file: MappingFile, robot: Robot) -> Iterator[Constant]:
-    for name, given in file.constants.items():
-        where = document.where(("constants", name))
-        meaning, unit = _quantity(name, robot, where)
-        values = given if isinstance(given, list) else [given]
-        if not values:
-            raise MeasurementFileError(f"{where}: {name}: expected a value, found an empty list")
-        if not meaning.kind:
-            words = (f"{v:g}" if isinstance(v, float) else v for v in values)
-            yield Constant(meaning, tuple(words), where)
-            continue
-        if unit is None:
-            raise MeasurementFileError(
-                f"{where}: {name!r} has no unit; expected it in brackets, such as "
-                f"{meaning.example!r}"
-            )
-        scale = factor(unit, meaning.kind)
-        assert scale is not None
-        numbers = []
-        for value in values:
-            if not isinstance(value, float):
-                raise MeasurementFileError(f"{where}: {name}: expected a number, found {value!r}")
-            numbers.append(scale * value)
-        yield Constant(meaning, tuple(numbers), where)
-
-
-def _check_once(
-    document: Located, places: tuple[Place, ...], constants: tuple[Constant, ...]
-) -> None:
-    seen: dict[str, str] = {}
-    entries = [(p.key, p.meaning.key, p.where) for p in places]
-    entries += [(c.meaning.key, c.meaning.key, c.where) for c in constants]
-    wide = {p.meaning.key for p in places if p.marker} | ({"marker"} if _wide(places) else set())
-    for key, bare, where in entries:
-        twice = key in seen or (key == bare and bare in wide)
-        if twice:
-            raise MeasurementFileError(
-                f"{where}: {bare.removeprefix('q:')!r} is given twice in this mapping"
-            )
-        seen[key] = where
-    by_marker: dict[str, set[str]] = {}
-    for place in places:
-        if place.marker:
-            by_marker.setdefault(place.marker, set()).add(place.meaning.key)
-    for marker, keys in by_marker.items():
-        lacking = sorted(wide - {"marker"} - keys)
-        if lacking:
-            raise MeasurementFileError(
-                f"{document.where(('markers', marker))}: marker {marker!r} has no column for "
-                f"{lacking[0]!r}, which other markers have"
-            )
-
-
-def _check_words(document: Located, file: MappingFile, columns: Collection[str]) -> None:
-    """Refuse words that nothing is translated by: of no column, or twice."""
-    for name, words in file.words.items():
-        where = document.where(("words", name))
-        if name not in WORDS:
-            raise MeasurementFileError(
-                f"{where}: words: {name!r} has no words to translate; expected one of "
-                f"{', '.join(WORDS)}"
-            )
-        if name not in columns:
-            raise MeasurementFileError(
-                f"{where}: words of {name!r}, for which this mapping names no column; expected "
-                f"{name!r} under 'columns'"
-            )
-        seen: dict[str, str] = {}
-        for theirs, ours in words.items():
-            if seen.setdefault(theirs.lower(), ours) != ours:
-                raise MeasurementFileError(
-                    f"{document.where(('words', name, theirs))}: words of {name!r}: {theirs!r} is "
-                    f"{ours!r} here and {seen[theirs.lower()]!r} in other letters; small and "
-                    "capital ones are not told apart"
-                )
-
-
-def _wide(places: tuple[Place, ...]) -> bool:
-    return any(place.marker for place in places)
 
 
 def _rotation(document: Located, frame: FrameFile | None) -> Array | None:

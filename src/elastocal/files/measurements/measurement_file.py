@@ -6,7 +6,6 @@ in the base frame, SI units, each with its covariance.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -16,7 +15,6 @@ import numpy as np
 from elastocal.arrays import Array, BoolArray, unset
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import MeasurementFileError
-from elastocal.files.measurements.cells import read_cells
 from elastocal.files.measurements.columns import (
     AXES,
     DEFLECTIONS,
@@ -25,22 +23,18 @@ from elastocal.files.measurements.columns import (
     POSITION,
     ROTATION,
     TORQUES,
-    Column,
-    columns_by_name,
     missing,
 )
 from elastocal.files.measurements.experiments import grouped
-from elastocal.files.measurements.mapped import completed, mapped_columns
-from elastocal.files.measurements.mapping import FieldMapping, read_mapping
+from elastocal.files.measurements.gathered import OpenFiles, opened, rows_of, used_alone
+from elastocal.files.measurements.mapping import FieldMapping
 from elastocal.files.measurements.readings import Readings, deflections, differences, markers
 from elastocal.files.measurements.selection import chosen_word, usable
 from elastocal.files.measurements.suspicious import doubts, unused
-from elastocal.files.measurements.table import Table, combined, kept
+from elastocal.files.measurements.table import Table, kept
 from elastocal.files.measurements.turns import within_limits
 from elastocal.files.measurements.uncertainty import kind_of_uncertainty, matrices
 from elastocal.files.measurements.writing import write_measurements
-from elastocal.files.tables.decoding import FileText, decoded
-from elastocal.files.tables.layout import Layout, Style, layout
 from elastocal.files.tables.units import split_header
 from elastocal.measuring.measurements import Measurements
 from elastocal.robot.chain import Robot, Tool
@@ -59,7 +53,7 @@ def read_measurements(
 ) -> Measurements:
     """The measurements in a file, or in several.
 
-    Files with the same columns are read one below the other; files with different columns, such
+    OpenFiles with the same columns are read one below the other; files with different columns, such
     as joints, forces and deflections, side by side, row by row.
 
     Args:
@@ -70,113 +64,52 @@ def read_measurements(
     Raises:
         MeasurementFileError: a file is wrong; the message names file, line and column.
     """
-    paths = [Path(path)] if isinstance(path, (str, Path)) else [Path(p) for p in path]
-    if not paths:
-        raise MeasurementFileError("no measurement file is named")
-    foreign = read_mapping(mapping, study.robot) if mapping is not None else None
-    style = foreign.style if foreign else Style()
-    files = [decoded(p, MeasurementFileError, style.encoding) for p in paths]
-    tables = [layout(file, style) for file in files]
-    if foreign:
-        columns = mapped_columns(tables, foreign)
-    else:
-        turns = study.experiments.tool.rotation
-        columns = [
-            columns_by_name(t.header, study.robot, _header_of(t), rotation=turns) for t in tables
-        ]
-    columns, free, turned = _of_use(tables, columns, study)
-    _check_columns(tables, columns, study, foreign)
-    table = combined(
-        [read_cells(t, c, style.decimal) for t, c in zip(tables, columns, strict=True)]
-    )
-    units = {key: c.unit for some in columns for key, c in some.items()}
-    if foreign:
-        table = completed(table, foreign)
-    shown = _measurements(table, study, foreign)
+    turns = study.experiments.tool.rotation
+    files, turned = _of_use(opened(path, study.robot, mapping, rotation=turns), turns=turns)
+    _check_columns(files, study)
+    table, left = rows_of(files)
+    shown = _measurements(table, study, files.mapping)
     found = within_limits(shown, study.robot)
-    odd = [file.remark for file in files if file.remark]
-    odd += [t.remark for t in tables if t.remark]
     return replace(
         found,
-        source=", ".join(map(str, paths)) + (f" through {foreign.path}" if foreign else ""),
-        sha256=_digest([f.sha256 for f in files] + ([foreign.sha256] if foreign else [])),
-        readings=_with_readings(files, columns),
-        remarks=(*odd, *found.remarks),
+        source=files.source,
+        sha256=files.sha256,
+        readings=files.with_readings(_READ),
+        remarks=(*files.remarks, *left, *found.remarks),
         doubts=(
-            *unused(free, turned, chosen=foreign is not None),
-            *doubts(found, study, units, shown.cases.q),
+            *unused(files.free, turned, chosen=files.mapping is not None),
+            *doubts(found, study, files.units(), shown.cases.q),
         ),
     )
 
 
-def _with_readings(
-    files: Sequence[FileText], columns: Sequence[dict[str, Column]]
-) -> tuple[str, ...]:
-    """Hashes of the files that have readings.
-
-    Raises:
-        MeasurementFileError: two of them have the same content.
-    """
-    first: dict[str, Path] = {}
-    for file, some in zip(files, columns, strict=True):
-        if any(column.meaning.key in _READ for column in some.values()):
-            if file.sha256 in first:
-                raise MeasurementFileError(
-                    f"{file.path}: has the content of {first[file.sha256]}, so its readings would "
-                    "count twice"
-                )
-            first[file.sha256] = file.path
-    return tuple(first)
-
-
-def _digest(digests: Sequence[str]) -> str:
-    """The hash of one file; of several, a mapping being one, the hash of their hashes."""
-    return (
-        digests[0] if len(digests) == 1 else hashlib.sha256("".join(digests).encode()).hexdigest()
-    )
-
-
-def _header_of(table: Layout) -> str:
-    return f"{table.file.path}, line {table.first}"
-
-
-def _of_use(
-    tables: Sequence[Layout], columns: Sequence[dict[str, Column]], study: Study
-) -> tuple[list[dict[str, Column]], list[str], set[str]]:
-    """The columns that this study reads, the headers that it does not, rotations among these.
+def _of_use(files: OpenFiles, *, turns: bool) -> tuple[OpenFiles, set[str]]:
+    """The columns that this study reads; of the headers that it does not, those of rotations.
 
     Where rotations are measured, a row may lack the rotation, or have it alone.
     """
-    turns, found = study.experiments.tool.rotation, []
-    turned = {c.header for some in columns for c in some.values() if c.meaning.key in _TURNS}
-    may_lack = {*POSITION.columns, *_TURNS} if turns else set()
-    for some in columns:
-        bare = {key: key.split("@")[0] for key in some}
-        found.append(
-            {
-                key: replace(column, optional=bare[key] in may_lack)
-                for key, column in some.items()
-                if turns or bare[key] not in _TURNS
-            }
-        )
-    free = _free(tables, found)
-    return found, free, {n for n in free if n in turned or split_header(n)[0] in _TURNS}
+    turned = {c.header for some in files.columns for c in some.values() if c.meaning.key in _TURNS}
+    may_lack = (*POSITION.columns, *_TURNS) if turns else ()
+    files = used_alone(files, may_lack, () if turns else _TURNS)
+    return files, {n for n in files.free if n in turned or split_header(n)[0] in _TURNS}
 
 
-def _check_columns(
-    tables: Sequence[Layout],
-    columns: Sequence[dict[str, Column]],
-    study: Study,
-    mapping: FieldMapping | None,
-) -> None:
+def _check_columns(files: OpenFiles, study: Study) -> None:
     """Refuse what lacks a column, before any row is read."""
-    found = {key.split("@")[0] for some in columns for key in some}
-    if mapping:
-        found |= {constant.meaning.key for constant in mapping.constants}
-        found |= {"marker"} if mapping.markers else set()
-    several = len(tables) > 1 and not all(set(c) == set(columns[0]) for c in columns)
-    where = ", ".join(str(t.file.path) for t in tables) if several else _header_of(tables[0])
-    free = _free(tables, columns)
+    found, where = files.keys, files.header
+    if files.mapping is not None and files.mapping.absolute:
+        raise MeasurementFileError(
+            f"{files.mapping.path}: 'positions: absolute' is for studies of absolute readings, but "
+            "this one is of deflections; it needs 'state', which tells loaded from unloaded"
+        )
+    if files.mapping is not None and (files.mapping.foot or files.mapping.orientation):
+        key = "foot" if files.mapping.foot else "orientation"
+        raise MeasurementFileError(
+            f"{files.mapping.path}: {key!r} is for studies of absolute readings, but this one is "
+            "of deflections"
+        )
+    if files.mapping is not None and files.mapping.best_fit:
+        raise MeasurementFileError(f"{files.mapping.path}: frame: best-fit is not there yet")
     for twice, why in (
         ((MASS, *FORCES), "a hanging mass and a force exclude each other"),
         (
@@ -189,7 +122,7 @@ def _check_columns(
             raise MeasurementFileError(f"{where}: columns {twice[0]!r} and {also[0]!r}: {why}")
     robot, many = study.robot, len(study.experiments.tool.markers) > 1
 
-    wanted = [] if several and not many else ["experiment"]
+    wanted = [] if files.several and not many else ["experiment"]
     wanted += ["marker"] * many + [f"q:{joint.name}" for joint in robot.joints]
     wanted += [MASS] if MASS in found else FORCES
     wanted += TORQUES if found & set(TORQUES) else ()
@@ -199,7 +132,7 @@ def _check_columns(
         wanted += AXES
     elif found & set(DEFLECTIONS) or not turned:
         wanted += DEFLECTIONS
-    problem = missing(wanted, found, free, robot)
+    problem = missing(wanted, found, files.free, robot)
     if problem:
         if "state" not in found and found >= set(AXES) and not found & set(DEFLECTIONS):
             problem = (
@@ -208,16 +141,6 @@ def _check_columns(
         raise MeasurementFileError(f"{where}: {problem}")
     for of in (POSITION, ROTATION):
         kind_of_uncertainty(found, where, of)
-
-
-def _free(tables: Sequence[Layout], columns: Sequence[dict[str, Column]]) -> list[str]:
-    """Headers without a meaning."""
-    return [
-        name
-        for table, some in zip(tables, columns, strict=True)
-        for i, name in enumerate(table.header)
-        if name and i not in {column.index for column in some.values()}
-    ]
 
 
 def _measurements(table: Table, study: Study, mapping: FieldMapping | None) -> Measurements:

@@ -118,7 +118,7 @@ def _is_read(table: Table, of: Triple) -> BoolArray:
 def _read(table: Table, grouping: Grouping, target: IntArray, tool: Tool, of: Triple) -> Readings:
     """Readings of one kind, of which every row has one."""
     values, own = table.vectors(of.values), kind_of_uncertainty(table.numbers, "", of)
-    remarks = _repeated(table, _again(values)) if of is POSITION else []
+    remarks = repeated(table, repeats(values)) if of is POSITION else []
     six = variances(table, own, of) if own else None
     key = grouping.codes * len(tool.targets) + target
     first = first_rows(key, len(grouping.names) * len(tool.targets))
@@ -207,11 +207,11 @@ def differences(
     (n_on, on, six_on), (n_off, off, six_off) = sides
     alone = np.flatnonzero((n_on == 0) | (n_off == 0))
     remarks, behind = [], np.zeros(0, dtype=np.int64)
-    again = _again(values)
+    again = repeats(values)
     if len(again):
         behind = _unloaded_of(grouping, marker, values, ~loaded)
         shared = np.bincount(behind)[behind] > 1
-        remarks += _repeated(table, again[~(shared & ~loaded)[again]])
+        remarks += repeated(table, again[~(shared & ~loaded)[again]])
         behind = _of_pairs(behind, group, ~loaded, n_off)
     if len(alone):
         lost = alone[np.argsort(first[alone])]
@@ -266,7 +266,7 @@ def _of_pairs(number: IntArray, group: IntArray, unloaded: BoolArray, count: Int
     return found
 
 
-def _again(values: Array) -> IntArray:
+def repeats(values: Array) -> IntArray:
     """Rows that repeat one before, to the last digit.
 
     The sort is stable, so of equal rows the later ones are named.
@@ -280,13 +280,13 @@ def _again(values: Array) -> IntArray:
     return np.sort(order[1:][same & values[order[1:]].any(axis=1)])
 
 
-def _repeated(table: Table, again: IntArray) -> list[str]:
+def repeated(table: Table, rows: IntArray) -> list[str]:
     """A beam that broke leaves the last point in the log again."""
-    if not len(again):
+    if not len(rows):
         return []
     return [
-        f"{_rows(len(again))} repeat a point to the last digit, first at "
-        f"{table.where(int(again[0]))}: was the beam broken there?"
+        f"{_rows(len(rows))} repeat a point to the last digit, first at "
+        f"{table.where(int(rows[0]))}: was the beam broken there?"
     ]
 
 

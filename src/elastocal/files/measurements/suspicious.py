@@ -13,6 +13,8 @@ from elastocal.errors import Doubt
 from elastocal.files.measurements.rotation_scale import rotations_unlike_positions
 from elastocal.files.tables.units import factor, split_header
 from elastocal.measuring.measurements import Measurements, Quantity
+from elastocal.measuring.positions import Positions
+from elastocal.robot.chain import Robot
 from elastocal.study.study import Study
 
 _LARGE = 0.1  # m; no arm that works bends so far
@@ -31,13 +33,21 @@ def doubts(
         shown: (N, n) joint values with their whole turns [rad or m].
     """
     return (
-        *_units(shown, study, units),
-        *_joints(found, study),
+        *_units(shown, study.robot, units),
+        *_joints(found, study.robot),
         *_loads(found, study),
         *_deflections(found),
         *rotations_unlike_positions(found, study, units),
+        *_readings_each(found),
         *_counts(found, study),
     )
+
+
+def position_doubts(
+    found: Positions, robot: Robot, units: dict[str, str], shown: Array
+) -> tuple[Doubt, ...]:
+    """What looks odd in absolute readings; arguments as those of `doubts`."""
+    return (*_units(shown, robot, units), *_joints(found, robot), *_readings_each(found))
 
 
 def unused(headers: Sequence[str], turned: Container[str], *, chosen: bool) -> tuple[Doubt, ...]:
@@ -71,8 +81,7 @@ def _looks_like(name: str, unit: str | None) -> str | None:
 _FULL_TURN = 2.0 * np.pi + 0.01  # rad; means of readings about it are a little beyond
 
 
-def _units(q: Array, study: Study, units: dict[str, str]) -> Iterator[Doubt]:
-    robot = study.robot
+def _units(q: Array, robot: Robot, units: dict[str, str]) -> Iterator[Doubt]:
     turning = [j for j, joint in enumerate(robot.joints) if not joint.prismatic]
     for unit in ("rad", "deg"):
         own = [j for j in turning if units.get(f"q:{robot.joints[j].name}") == unit]
@@ -85,8 +94,8 @@ def _units(q: Array, study: Study, units: dict[str, str]) -> Iterator[Doubt]:
             yield Doubt("radians-for-degrees", numbers={"largest": largest})
 
 
-def _joints(found: Measurements, study: Study) -> Iterator[Doubt]:
-    for j, joint in enumerate(study.robot.joints):
+def _joints(found: Measurements | Positions, robot: Robot) -> Iterator[Doubt]:
+    for j, joint in enumerate(robot.joints):
         value = found.cases.q[:, j]
         beyond = np.asarray((value < joint.lower - 1e-9) | (value > joint.upper + 1e-9))
         if beyond.any():
@@ -169,7 +178,7 @@ def _against_force(found: Measurements, clear: BoolArray) -> Iterator[Doubt]:
         yield Doubt("against-force", numbers=counts)
 
 
-def _counts(found: Measurements, study: Study) -> Iterator[Doubt]:
+def _readings_each(found: Measurements | Positions) -> Iterator[Doubt]:
     per_case = np.bincount(found.case, minlength=len(found.cases))
     if len(per_case) and per_case.min() != per_case.max():
         fewer = per_case < per_case.max()
@@ -180,6 +189,9 @@ def _counts(found: Measurements, study: Study) -> Iterator[Doubt]:
     if unseen:
         unit = "rad" if unseen[0] == len(found.tool.markers) else ""
         yield Doubt("marker-not-measured", (found.tool.targets[unseen[0]],), unit=unit)
+
+
+def _counts(found: Measurements, study: Study) -> Iterator[Doubt]:
     if len(found.cases) < study.experiments.count:
         counts = {"experiments": len(found.cases), "planned": study.experiments.count}
         yield Doubt("unfinished", numbers=counts)
@@ -197,6 +209,6 @@ def _cases_of(found: Measurements, readings: BoolArray) -> BoolArray:
     return np.asarray(count > 0)
 
 
-def _named(found: Measurements, cases: BoolArray) -> tuple[str, ...]:
+def _named(found: Measurements | Positions, cases: BoolArray) -> tuple[str, ...]:
     """Names of (N,) experiments."""
     return tuple(found.names[i] for i in np.flatnonzero(cases))

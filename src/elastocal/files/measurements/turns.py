@@ -8,14 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
 from elastocal.arrays import Array, IntArray
 from elastocal.measuring.measurements import Measurements
+from elastocal.measuring.positions import Positions
 from elastocal.robot.chain import Robot
 from elastocal.wording.lists import experiments
 
+_Read = TypeVar("_Read", Measurements, Positions)
 _TURN = 2.0 * np.pi
 _ROUNDING = 1e-9  # rad
 
@@ -54,7 +57,7 @@ def alike(values: Array, codes: IntArray) -> bool:
     return all(bool((~same | (v[1:] == v[:-1])).all()) for v in values.T)
 
 
-def within_limits(found: Measurements, robot: Robot) -> Measurements:
+def within_limits(found: _Read, robot: Robot) -> _Read:
     """The same readings, where a joint that is shown a whole turn outside its limits is inside.
 
     What is outside by less, or by more than a turn, stays as it is.
@@ -68,12 +71,12 @@ def within_limits(found: Measurements, robot: Robot) -> Measurements:
             q[inside, j] = turned[inside]
     if np.array_equal(q, found.cases.q):
         return found
-    said = tuple(_said(found, q, robot))
+    said: tuple[str, ...] = tuple(_said(found, q, robot))
     cases = replace(found.cases, q=q)
     return replace(found, cases=cases, remarks=(*found.remarks, *said))
 
 
-def _said(found: Measurements, q: Array, robot: Robot) -> Iterator[str]:
+def _said(found: Measurements | Positions, q: Array, robot: Robot) -> Iterator[str]:
     for j, joint in enumerate(robot.joints):
         moved = np.flatnonzero(q[:, j] != found.cases.q[:, j])
         if len(moved):

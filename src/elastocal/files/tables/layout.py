@@ -19,6 +19,8 @@ DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar"}
 WIDEST = 10_000
 _NUMBER = re.compile(r"\s*'?[-+−]?[\d.,]+([eE][-+]?\d+)?\s*")
 _VERSION = re.compile(r"#\s*elastocal measurements, version (\S+)")
+COMMENTS = ("#", "//")
+"""What comment lines begin with, if nobody says otherwise."""
 _SEPARATOR = re.compile(r"""\s*["']?sep\s*= *(\\t|tab|[^\s"']|\t)["']?[\s,;|]*""", re.IGNORECASE)
 """What Excel writes and reads in front of a table: sep=; for example."""
 
@@ -33,6 +35,7 @@ class Style:
         encoding: Encoding of the text.
         skip_lines: Lines before the header that mean nothing.
         header: Whether there is a header.
+        comments: What comment lines begin with.
     """
 
     delimiter: str | None = None
@@ -40,6 +43,7 @@ class Style:
     encoding: str | None = None
     skip_lines: int = 0
     header: bool = True
+    comments: tuple[str, ...] = COMMENTS
 
 
 @dataclass(frozen=True)
@@ -53,6 +57,7 @@ class Layout:
         first: Index of the first line of data in `lines`.
         start: Where it begins in the text.
         remark: What is odd about comments and the end, empty if nothing is.
+        comments: What comment lines begin with.
     """
 
     file: FileText
@@ -61,11 +66,20 @@ class Layout:
     first: int
     start: int
     remark: str = ""
+    comments: tuple[str, ...] = COMMENTS
 
     @cached_property
     def lines(self) -> list[str]:
         """Its lines; comments are empty. Made when first asked for: large files do without."""
-        return _without_comments(self.file.text.split("\n"), self.file.text)
+        lines = self.file.text.split("\n")
+        if not any(begin in self.file.text for begin in self.comments):
+            return lines
+        return ["" if is_comment(line, self.comments) else line for line in lines]
+
+    @property
+    def plain(self) -> bool:
+        """Whether no line of data can be a comment."""
+        return not any(_comment_within(self.file.text, b, self.start) for b in self.comments)
 
     def rows(self) -> Iterator[tuple[int, list[str]]]:
         """(line, cells) of every row of data that is not blank.
@@ -125,8 +139,8 @@ def layout(file: FileText, style: Style) -> Layout:
     """
     text = file.text
     _check_version(file, list(islice(_lines(text), 5)))
-    lines = _head(text, style.skip_lines)
-    comments = "#" in text
+    begins = style.comments
+    lines = _head(text, style)
     named = _named_delimiter(file, lines, style)
     for i in range(min(style.skip_lines, len(lines))):
         lines[i] = ""
@@ -150,18 +164,19 @@ def layout(file: FileText, style: Style) -> Layout:
         )
     if not style.header:
         names = tuple(str(i + 1) for i in range(len(cells)))
-        return Layout(file, delimiter, names, first, _start_of(text, first))
+        return Layout(file, delimiter, names, first, _start_of(text, first), comments=begins)
     if all(_NUMBER.fullmatch(cell) for cell in cells):
-        why = " (comments beginning with # are left out)" if comments else ""
+        there = next((begin for begin in begins if begin in text), "")
+        why = f" (comments beginning with {there} are left out)" if there else ""
         raise file.error(
             f"{file.path}, line {first + 1}: numbers where the names of the columns belong{why}; "
             "expected a header such as 'experiment,marker,A1 [deg],...'"
         )
     start = _start_of(text, first + 1)
-    if not any(_says_something(line) for line in _lines(text, start)):
+    if not any(_says_something(line, begins) for line in _lines(text, start)):
         raise file.error(f"{file.path}: there is a header, but no row of data below it")
-    remark = "; ".join(_oddities(file, delimiter, len(cells), first, start))
-    return Layout(file, delimiter, tuple(cells), first + 1, start, remark)
+    remark = "; ".join(_oddities(file, delimiter, len(cells), first, start, begins))
+    return Layout(file, delimiter, tuple(cells), first + 1, start, remark, begins)
 
 
 def _lines(text: str, start: int = 0) -> Iterator[str]:
@@ -178,23 +193,20 @@ def _start_of(text: str, line: int) -> int:
     return min(sum(len(above) + 1 for above in islice(_lines(text), line)), len(text))
 
 
-def _head(text: str, skipped: int) -> list[str]:
+def _head(text: str, style: Style) -> list[str]:
     """The lines down to the header, comments empty."""
     head: list[str] = []
     for line in _lines(text):
-        head.append("" if _is_comment(line) else line)
-        if len(head) > skipped and _says_something(line) and not _SEPARATOR.fullmatch(line):
+        head.append("" if is_comment(line, style.comments) else line)
+        said = _says_something(line, style.comments) and not _SEPARATOR.fullmatch(line)
+        if len(head) > style.skip_lines and said:
             break
     return head
 
 
-def _without_comments(lines: list[str], text: str) -> list[str]:
-    return ["" if _is_comment(line) else line for line in lines] if "#" in text else lines
-
-
-def _says_something(line: str) -> bool:
+def _says_something(line: str, comments: tuple[str, ...]) -> bool:
     """Whether there is more in a line than delimiters, and it is no comment."""
-    return bool(line.strip(" \t,;|\"'")) and not _is_comment(line)
+    return bool(line.strip(" \t,;|\"'")) and not is_comment(line, comments)
 
 
 def _first(lines: list[str]) -> int | None:
@@ -229,26 +241,38 @@ def _named_delimiter(file: FileText, lines: list[str], style: Style) -> str | No
     return named
 
 
-def _is_comment(line: str) -> bool:
-    return line.lstrip().startswith("#")
+def is_comment(line: str, comments: tuple[str, ...]) -> bool:
+    """Whether a line begins as comments do."""
+    return line.lstrip().startswith(comments)
 
 
-def _oddities(file: FileText, delimiter: str, width: int, first: int, start: int) -> Iterator[str]:
+def _comment_within(text: str, begin: str, start: int) -> bool:
+    """Whether a line from `start` on may begin with this."""
+    if text.find(begin, start) < 0:
+        return False
+    return len(begin) == 1 or bool(re.search(rf"^\s*{re.escape(begin)}", text[start:], re.M))
+
+
+def _oddities(
+    file: FileText, delimiter: str, width: int, first: int, start: int, comments: tuple[str, ...]
+) -> Iterator[str]:
     """What is odd about rows that are commented out, and about the end."""
     text = file.text
-    if width > 1 and text.find("#", start) >= 0:
+    for begin in comments if width > 1 else ():
+        if text.find(begin, start) < 0:
+            continue
         rows = [
             number
             for number, line in enumerate(_lines(text, start), first + 2)
-            if line.count(delimiter) >= width - 1 and _is_comment(line)
+            if line.count(delimiter) >= width - 1 and is_comment(line, (begin,))
         ]
         if rows:
             yield (
-                f"{file.path.name}, line {rows[0]}: what begins with # is left out "
+                f"{file.path.name}, line {rows[0]}: what begins with {begin} is left out "
                 f"as a comment, but has the cells of a row ({len(rows)} such lines)"
             )
     last = text[text.rfind("\n") + 1 :]
-    if last and not _is_comment(last):
+    if last and not is_comment(last, comments):
         number = text.count("\n") + 1
         if number > first + 2:
             yield (

@@ -37,6 +37,18 @@ def plain(cell: str) -> str:
     return cell.strip().removeprefix("'").strip()
 
 
+def matches(word: str, values: Sequence[str]) -> bool:
+    """Whether a word is one of some, as text or as the same number."""
+    return word in values or any(_same_number(word, value) for value in values)
+
+
+def _same_number(word: str, value: str) -> bool:
+    try:
+        return float(word.replace(",", ".")) == float(value)
+    except ValueError:
+        return False
+
+
 def numbers_of(
     cells: Sequence[str], decimal: str, where: Callable[[int], str], error: type[InputError]
 ) -> Array:

@@ -33,6 +33,7 @@ UNITS: dict[str, dict[str, float]] = {
         "lbf.in": _POUND_FORCE * 0.0254,
     },
     "mass": {"kg": 1.0, "g": 1e-3, "t": 1e3, "lb": 0.45359237},
+    "time": {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0},
     "covariance": {"mm2": 1e-6, "m2": 1.0, "um2": 1e-12},
     "covariance of rotations": {"mrad2": 1e-6, "rad2": 1.0, "urad2": 1e-12},
 }

@@ -1,0 +1,45 @@
+"""Noise of single absolute readings, in the frame of the station that makes them.
+
+An instrument says how well deflections are read, which are differences of two readings of nearly
+the same point: a single one has half of their covariance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from elastocal.arrays import Array
+from elastocal.errors import InputError
+from elastocal.measuring.common_errors import CommonErrors
+from elastocal.measuring.instrument import Instrument, LaserTracker, positions_of
+
+
+def reading_covariance(instrument: Instrument, points: Array) -> Array:
+    """(N, 3, 3) covariance of single readings of `points`, (N, 3), frame of the station [m²].
+
+    A tracker stands at the origin of its frame. What it errs by in all readings of a pose together
+    is in each of them.
+    """
+    own = positions_of(instrument.single)
+    if isinstance(own, LaserTracker):
+        own = replace(own, position=np.zeros(3))
+    found = own.covariance(np.asarray(points))
+    if isinstance(instrument, CommonErrors):
+        found = found + instrument.translation**2 * np.eye(3)
+    return 0.5 * np.asarray(found)
+
+
+def turn_covariance(instrument: Instrument) -> Array:
+    """(3, 3) covariance of a single orientation, as a small turn [rad²].
+
+    Raises:
+        InputError: the instrument does not say how well it reads orientations.
+    """
+    if instrument.sigma_rotation is None:
+        raise InputError(
+            "the instrument says nothing of orientations; expected sigma_rotation_mrad, or a "
+            "column such as 'ur [mrad]'"
+        )
+    return np.asarray(0.5 * instrument.sigma_rotation**2 * np.eye(3))
