@@ -15,8 +15,8 @@ from elastocal.arrays import Array, BoolArray, freeze
 from elastocal.calibration.parameters import Parameters
 
 _NOTHING = 1e-5  # singular value, of columns of unit length, at which nothing is told
-_INVOLVED = 0.05  # share of the largest part of a combination at which an unknown is named
-_SEEN = 0.5  # standard error over that of the prior up to which readings speak
+_RESTS = 0.25  # share of a variance from what was known before, up to which readings speak
+_TOLD = 0.1  # standard error over that before, up to which they do whatever the share is
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,8 @@ class Redundancy:
         well: How many of them the readings tell better than was known before.
         open: (r, U) combinations that nothing tells, each with as few unknowns as may be, the
             largest part 1 [rad or m of each].
-        seen: (U,) unknowns of which the readings say more than was known before.
+        seen: (U,) unknowns whose variance is from the readings, at most a quarter of it from what
+            was known before; or a hundredth of what it was.
     """
 
     told: int
@@ -60,18 +61,19 @@ def redundancy_of(parameters: Parameters, rows: Array) -> Redundancy:
     whole = rows.T @ rows + information
     own = 1.0 / np.sqrt(np.diagonal(whole))
     covariance = np.linalg.inv(whole * np.outer(own, own)) * np.outer(own, own)
-    # Of a base or a reflector nothing was known before; what else is open leaves it open too.
-    before = np.where(known, 1.0 / np.sqrt(np.where(known, prior, 1.0)), np.inf)
-    share = np.sqrt(np.diagonal(covariance)) / before
+    # C = C JᵀJ C + C P C: what comes from readings, and what from the prior. A combination that
+    # nothing tells rests on the prior whole, however many unknowns share it, and whether they have
+    # one of their own or not.
+    rests = np.einsum("ij,jk,ik->i", covariance, information, covariance)
+    rests /= np.diagonal(covariance)
+    before = np.where(known, 1.0 / np.sqrt(np.where(known, prior, 1.0)), np.nan)
+    shrunk = known & (np.sqrt(np.diagonal(covariance)) < _TOLD * before)
     blocks = np.array(parameters.block)[free]
     open_ = _sparse(vectors[told:] * scale, blocks)
-    leans = (
-        (np.abs(open_) > _INVOLVED).any(axis=0) if len(open_) else np.zeros(len(own), dtype=bool)
-    )
-    rests = covariance @ information  # of 1 where a combination rests on its prior
-    well = len(own) - int((np.linalg.eigvals(rests).real > 0.5).sum())
+    held = covariance @ information  # of 1 where a combination rests on its prior
+    well = len(own) - int((np.linalg.eigvals(held).real > 0.5).sum())
     seen, whole_open = np.zeros(len(free), dtype=bool), np.zeros((len(open_), len(free)))
-    seen[free], whole_open[:, free] = np.where(known, share < _SEEN, ~leans), open_
+    seen[free], whole_open[:, free] = (rests <= _RESTS) | shrunk, open_
     return Redundancy(told, well, whole_open, seen)
 
 
