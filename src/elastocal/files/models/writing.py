@@ -65,7 +65,7 @@ def model_document(
         "compliance": compliance,
     }
     if (springs.joint < 0).any():
-        document["springs"] = _springs_section(robot, springs)
+        document["springs"] = springs_section(robot, springs)
     if known:
         document["covariance"] = _matrix(springs, model.covariance)
         document["dof"] = float(model.dof) if np.isfinite(model.dof) else None
@@ -87,7 +87,7 @@ def _matrix(springs: VirtualJoints, matrix: Array) -> dict[str, Any]:
     }
 
 
-def _springs_section(robot: Robot, springs: VirtualJoints) -> dict[str, Any]:
+def springs_section(robot: Robot, springs: VirtualJoints) -> dict[str, Any]:
     """Where the springs sit that are not in a joint, in frames that files use."""
     section = {}
     for i in np.flatnonzero(springs.joint < 0):

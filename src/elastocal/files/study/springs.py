@@ -37,15 +37,14 @@ def extra_springs(section: Mapping[str, SpringFile], robot: Robot) -> dict[str, 
 def _spring(name: str, entry: SpringFile, robot: Robot) -> VirtualJoints:
     if name in robot.joint_names:
         raise InputError(f"spring {name!r} has the name of a joint; choose another")
-    carriers = ["base", *robot.joint_names]
+    carriers = ["base", *robot.way]
     if entry.carried_by not in carriers:
         raise LocatedError(
             ("carried_by",),
             f"spring {name!r}: no joint {entry.carried_by[:40]!r}; "
             f"expected one of {', '.join(carriers)}",
         )
-    joint = carriers.index(entry.carried_by) - 1
-    body = 0 if joint < 0 else int(robot.place[joint]) + 1
+    body = carriers.index(entry.carried_by)
     T = T_body_joint(robot, body)
     axis, origin = np.array(entry.axis), np.array(entry.origin_mm)
     length = float(np.linalg.norm(axis))
