@@ -9,7 +9,6 @@ from scipy.spatial.transform import Rotation
 
 from elastocal.arrays import Array
 from elastocal.elastic.springs import joint_springs
-from elastocal.elastic.unknowns import Unknowns
 from elastocal.measuring.instrument import Isotropic, PoseProbe
 from elastocal.robot.chain import Robot, Tool
 from elastocal.robot.payloads import Payload
@@ -29,12 +28,12 @@ def study(*, probe: bool = False, markers: int = 2) -> AbsoluteStudy:
     names = ("M1", "M2")[:markers]
     tool = Tool("plate", MARKERS[0], MARKERS[:markers], names, rotation=probe)
     instrument = Isotropic(3e-5)
-    springs = joint_springs(ROBOT, ["A2"])
     return AbsoluteStudy(
         ROBOT,
         tool,
         PoseProbe(instrument, 1e-4) if probe else instrument,
-        Unknowns(("A2",), springs, np.eye(1)),
+        joint_springs(ROBOT, ["A2"]),
+        ("base", "tool"),
         payloads=(Payload("plates", 120.0, np.array([0.3, 0.0, 0.0])),),
     )
 

@@ -127,3 +127,24 @@ words: {state: {unbelastet: unloaded, belastet: loaded}}
 constants: {"hanging mass [kg]": 152.957}
 frame: {rpy_deg: [-0.7, 1.3, 137.2]}
 """
+
+
+PLANNED = """\
+elastocal: 1
+header: false
+columns: {marker: 3, "x y z [mm]": [4, 5, 6]}
+patterns: {2: 'Pose(?P<experiment>\\d+)_(?P<state>UL|L)'}
+words: {state: {UL: unloaded, L: loaded}}
+frame: {rpy_deg: [-0.7, 1.3, 137.2]}
+"""
+
+
+def plan(found: Exported) -> str:
+    """The plan of the campaign, as a table."""
+    lines = [",".join(["configuration", *(f"A{i} [deg]" for i in range(1, 7)),
+                       "Fx [N]", "Fy [N]", "Fz [N]", "repeats"])]  # fmt: skip
+    lines += [
+        ",".join([f"C{i}", *(f"{v:.6f}" for v in np.degrees(q)), "0", "0", "-1500", "1"])
+        for i, q in enumerate(found.q)
+    ]
+    return "\n".join(lines) + "\n"

@@ -34,6 +34,12 @@ Readings = Annotated[
 Mapping = Annotated[
     Path | None, typer.Option(help="What foreign columns mean (YAML).", show_default=False)
 ]
+Planned = Annotated[
+    Path | None,
+    typer.Option(
+        "--plan", help="Plan whose joints and loads the experiments have.", show_default=False
+    ),
+]
 Prior = Annotated[Path | None, typer.Option(help="Model from before, weighed by its covariance.")]
 Force = Annotated[
     tuple[float, float, float] | None,

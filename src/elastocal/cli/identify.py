@@ -12,6 +12,7 @@ from elastocal.cli.common import (
     Known,
     Mapping,
     Overwrite,
+    Planned,
     Prior,
     Readings,
     StudyPath,
@@ -44,6 +45,7 @@ def identify_command(
         bool, typer.Option("--nonnegative", help="Rule out compliances below zero.")
     ] = False,
     mapping: Mapping = None,
+    plan: Planned = None,
     prior: Prior = None,
     known: Known = None,
     confidence: Annotated[float, typer.Option(help="Confidence of the intervals.")] = 0.95,
@@ -67,7 +69,7 @@ def identify_command(
     from elastocal.identification.search import searched
     from elastocal.terminal.fitted_along import in_short
 
-    models = [file for file in (mapping, prior, known) if file is not None]
+    models = [file for file in (mapping, plan, prior, known) if file is not None]
     given = [study_file, *measurements, *models]
     writable(out, *given, suffix=".json")
     study = read_study(study_file, known_in(known))
@@ -76,7 +78,7 @@ def identify_command(
     writable(out, *sources_of(study, study_file, known))
     replaceable(out, "model", force=force)
     known_compliances = known_model(None, study)
-    data = readings(study, measurements, mapping)
+    data = readings(study, measurements, mapping, plan)
     refuse_twice(data, prior, study.known)
     if not as_json:  # before the fit: what looks odd explains why a fit fails
         from elastocal.terminal.measurements import show_remarks
@@ -106,6 +108,7 @@ def validate_command(
     model: Annotated[Path, typer.Argument(help="Model (JSON).", show_default=False)],
     measurements: Readings,
     mapping: Mapping = None,
+    plan: Planned = None,
     prior: Prior = None,
     known: Known = None,
     confidence: Annotated[float, typer.Option(help="Confidence of the predictions.")] = 0.95,
@@ -125,7 +128,7 @@ def validate_command(
     from elastocal.identification.validation import leave_one_out, validate
 
     study = read_study(study_file, known_in(known))
-    data = readings(study, measurements, mapping)
+    data = readings(study, measurements, mapping, plan)
     note_model(model, study)
     if made_from(model, data):
         if not made_with(model, prior, study.known):

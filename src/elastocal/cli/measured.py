@@ -24,13 +24,15 @@ from elastocal.study.known import Known
 from elastocal.study.study import Study
 
 
-def readings(study: Study, paths: list[Path], mapping: Path | None = None) -> Measurements:
+def readings(
+    study: Study, paths: list[Path], mapping: Path | None = None, plan: Path | None = None
+) -> Measurements:
     """The readings in one file, or in several that belong together.
 
     Raises:
         InputError: they cannot be read, or cannot be.
     """
-    data = read_measurements(paths[0] if len(paths) == 1 else paths, study, mapping)
+    data = read_measurements(paths[0] if len(paths) == 1 else paths, study, mapping, plan)
     refuse_impossible_readings(data, study.robot)
     return data
 

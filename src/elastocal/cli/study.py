@@ -10,6 +10,7 @@ import typer
 from elastocal.cli.common import (
     Json,
     Overwrite,
+    Planned,
     StudyPath,
     app,
     demo_file,
@@ -66,14 +67,17 @@ def check_command(
     mapping: Annotated[
         Path | None, typer.Option(help="What their columns mean (YAML).", show_default=False)
     ] = None,
+    plan: Planned = None,
     force: Overwrite = False,
     as_json: Json = False,
 ) -> None:
     """Say what a study means: robot, reach, units, loads, what is identifiable."""
     if mapping is not None and not measurements:
         raise InputError("--mapping needs --measurements")
+    if plan is not None and not measurements:
+        raise InputError("--plan needs --measurements")
     if measurements:
-        _check_measurements(study_file, measurements, mapping, as_json)
+        _check_measurements(study_file, measurements, mapping, plan, as_json)
         return
     from elastocal.cli.inputs import sources_of
     from elastocal.files.doubt_entries import doubt_entries
@@ -127,7 +131,7 @@ def check_command(
 
 
 def _check_measurements(
-    study_file: Path, paths: list[Path], mapping: Path | None, as_json: bool
+    study_file: Path, paths: list[Path], mapping: Path | None, plan: Path | None, as_json: bool
 ) -> None:
     """Say what was understood of measurement files, and then whether it cannot be."""
     from elastocal.files.measurements.measurement_file import read_measurements
@@ -135,7 +139,7 @@ def _check_measurements(
     from elastocal.identification.impossible import refuse_impossible_readings
 
     study = read_study(study_file)
-    data = read_measurements(paths, study, mapping)
+    data = read_measurements(paths, study, mapping, plan)
     _show_measurements(data, study, as_json)
     refuse_impossible_readings(data, study.robot)
 

@@ -1,7 +1,8 @@
 """Noise of single absolute readings, in the frame of the station that makes them.
 
-An instrument says how well deflections are read, which are differences of two readings of nearly
-the same point: a single one has half of their covariance.
+A standard deviation that a study of absolute readings states is that of one reading. A tracker that
+is known by its noise along and across the beam says that of deflections, differences of two
+readings of nearly the same point: a single one has half of their covariance.
 """
 
 from __future__ import annotations
@@ -24,11 +25,12 @@ def reading_covariance(instrument: Instrument, points: Array) -> Array:
     """
     own = positions_of(instrument.single)
     if isinstance(own, LaserTracker):
-        own = replace(own, position=np.zeros(3))
-    found = own.covariance(np.asarray(points))
+        found = 0.5 * replace(own, position=np.zeros(3)).covariance(np.asarray(points))
+    else:
+        found = own.covariance(np.asarray(points))
     if isinstance(instrument, CommonErrors):
         found = found + instrument.translation**2 * np.eye(3)
-    return 0.5 * np.asarray(found)
+    return np.asarray(found)
 
 
 def turn_covariance(instrument: Instrument) -> Array:
@@ -42,4 +44,4 @@ def turn_covariance(instrument: Instrument) -> Array:
             "the instrument says nothing of orientations; expected sigma_rotation_mrad, or a "
             "column such as 'ur [mrad]'"
         )
-    return np.asarray(0.5 * instrument.sigma_rotation**2 * np.eye(3))
+    return np.asarray(instrument.sigma_rotation**2 * np.eye(3))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from elastocal.files.measurements.orientations import CONVENTIONS
 from elastocal.files.measurements.positions_file import read_positions
 from elastocal.measuring.positions import Positions
+from elastocal.robot.controller_axes import coupling
 from elastocal.robot.rotations import from_rotation_vectors
 from elastocal.study.absolute import AbsoluteStudy
 from tests.files.absolute_campaign import HEADER, JOINTS, rows, study, table, truth
@@ -36,8 +38,7 @@ def test_a_plain_file(tmp_path: Path) -> None:
     assert (len(found), found.stations, found.mountings) == (10, ("",), ("",))
     np.testing.assert_allclose(found.cases.q, TRUTH.q, atol=1e-11)
     np.testing.assert_allclose(found.value, TRUTH.points.reshape(-1, 3), atol=1e-9)
-    # half of what the instrument says of a deflection, which is a difference of two readings
-    np.testing.assert_allclose(found.covariance[0], 0.5 * 3e-5**2 * np.eye(3))
+    np.testing.assert_allclose(found.covariance[0], 3e-5**2 * np.eye(3))
     assert not found.cases.wrench.any()
     assert np.isnan(found.time).all()
     assert found.foot is None
@@ -84,7 +85,7 @@ def test_a_probe_by_a_mapping_of_ten_lines(tmp_path: Path) -> None:
     np.testing.assert_allclose(from_rotation_vectors(turned), TRUTH.turns, atol=1e-9)
     assert found.own_uncertainty
     np.testing.assert_allclose(found.covariance[0], np.diag([1e-10, 4e-10, 9e-10]))
-    np.testing.assert_allclose(found.covariance[1], 0.5e-8 * np.eye(3))
+    np.testing.assert_allclose(found.covariance[1], 1e-8 * np.eye(3))
     assert found.marker.tolist() == [0, 1] * 5
     assert found.case.tolist() == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4]
 
@@ -142,6 +143,9 @@ def test_stations_mountings_payloads_and_times(tmp_path: Path) -> None:
     assert found.mounting.tolist() == [0, 0, 1, 1, 1]
     assert (found.payload.tolist(), found.payloads) == ([-1, 0, -1, 0, -1], ("plates",))
     np.testing.assert_allclose(found.time[::2], [0, 10, 60.5, 120, 180])
+    usual = replace(study(), payload="plates")
+    assert read(text, tmp_path, what=usual).payload.tolist() == [0, 0, -1, 0, -1]
+    assert read(PLAIN, tmp_path, what=usual).payload.tolist() == [0] * 5
     mounted = table([*HEADER, "series", "mounting"], [[*r, "A", f"m{r[0]}"] for r in rows(TRUTH)])
     found = read(mounted, tmp_path)
     assert (len(found.mountings), found.stations) == (5, ("A",))
@@ -199,7 +203,7 @@ def test_reflectors_on_the_foot(tmp_path: Path) -> None:
     assert (foot.names, foot.reflector.tolist()) == (("F1", "F2"), [0, 0, 1])
     assert foot.order.tolist() == [0, 4, 10]
     np.testing.assert_allclose(foot.position[:, 1], [0.0, 0.004, 0.010])
-    np.testing.assert_allclose(foot.covariance[0], 0.5 * 3e-5**2 * np.eye(3))
+    np.testing.assert_allclose(foot.covariance[0], 3e-5**2 * np.eye(3))
 
 
 def test_the_clock_says_when_the_foot_was_read(tmp_path: Path) -> None:
@@ -233,10 +237,6 @@ def test_joint_torques_forces_and_hanging_masses(tmp_path: Path) -> None:
 
 
 def test_joints_as_the_controller_shows_them(tmp_path: Path) -> None:
-    from dataclasses import replace
-
-    from elastocal.robot.controller_axes import coupling
-
     table_ = coupling(study().robot, signs={"A1": -1}, offsets={"A2": -0.5})
     what = replace(study(), controller=table_)
     plain = read(PLAIN, tmp_path, what=what)

@@ -14,7 +14,7 @@ from pathlib import Path
 from elastocal.errors import MeasurementFileError
 from elastocal.files.measurements.cells import Cells, read_cells
 from elastocal.files.measurements.columns import Column, columns_by_name
-from elastocal.files.measurements.joined import joined
+from elastocal.files.measurements.joined import joined, needs_none
 from elastocal.files.measurements.mapped import (
     completed,
     mapped_columns,
@@ -23,6 +23,7 @@ from elastocal.files.measurements.mapped import (
 )
 from elastocal.files.measurements.mapping import FieldMapping, read_mapping
 from elastocal.files.measurements.patterns import split
+from elastocal.files.measurements.planned import PlannedJoints, planned_at, with_planned
 from elastocal.files.measurements.table import Table
 from elastocal.files.tables.decoding import FileText, decoded
 from elastocal.files.tables.layout import Layout, Style, layout
@@ -38,12 +39,14 @@ class OpenFiles:
         tables: Their layouts.
         columns: Their columns, by key.
         mapping: What says what the columns mean; None: their names do.
+        planned: The plan that says the joints; None: a column does.
     """
 
     texts: tuple[FileText, ...]
     tables: tuple[Layout, ...]
     columns: tuple[dict[str, Column], ...]
     mapping: FieldMapping | None
+    planned: PlannedJoints | None = None
 
     @property
     def keys(self) -> set[str]:
@@ -54,7 +57,14 @@ class OpenFiles:
             found |= {"marker"} if self.mapping.markers else set()
             for i, pattern in enumerate(self.mapping.patterns):
                 found |= {*pattern.words} if pattern_key(i) in found else set()
-        return found
+        return found | (set() if self.planned is None else self.planned.gives(found))
+
+    @property
+    def controller(self) -> bool | None:
+        """Whether the joint values are those of the controller; None: they are the plan's."""
+        if self.planned is not None:
+            return None
+        return self.mapping is not None and self.mapping.controller
 
     @property
     def free(self) -> list[str]:
@@ -88,13 +98,16 @@ class OpenFiles:
     def source(self) -> str:
         """What they are called together."""
         through = f" through {self.mapping.path}" if self.mapping else ""
-        return ", ".join(str(table.file.path) for table in self.tables) + through
+        said = self.mapping is not None and self.mapping.plan is not None
+        planned = f" with the joints of {self.planned.path}" if self.planned and not said else ""
+        return ", ".join(str(table.file.path) for table in self.tables) + through + planned
 
     @property
     def sha256(self) -> str:
         """The hash of one file; of several, a mapping being one, the hash of their hashes."""
         digests = [text.sha256 for text in self.texts]
         digests += [self.mapping.sha256] if self.mapping else []
+        digests += [self.planned.sha256] if self.planned else []
         if len(digests) == 1:
             return digests[0]
         return hashlib.sha256("".join(digests).encode()).hexdigest()
@@ -125,6 +138,7 @@ def opened(
     path: str | Path | Sequence[str | Path],
     robot: Robot,
     mapping: str | Path | None,
+    plan: str | Path | None = None,
     *,
     rotation: bool = True,
     absolute: bool = False,
@@ -135,6 +149,7 @@ def opened(
         path: File or files.
         robot: Whose joints they have.
         mapping: Mapping file that says what foreign columns mean.
+        plan: Plan whose joints and loads the experiments have by their numbers.
         rotation: Whether rotations mean something.
         absolute: Whether positions are absolute readings.
 
@@ -164,7 +179,10 @@ def opened(
             columns_by_name(t.header, robot, header_of(t), rotation=rotation, absolute=absolute)
             for t in tables
         ]
-    return OpenFiles(texts, tables, tuple(columns), foreign)
+    if plan is None and foreign is not None and foreign.plan is not None:
+        plan = foreign.path.parent / foreign.plan
+    planned = None if plan is None else planned_at(Path(plan), robot)
+    return OpenFiles(texts, tables, tuple(columns), foreign, planned)
 
 
 def header_of(table: Layout) -> str:
@@ -181,8 +199,12 @@ def rows_of(files: OpenFiles) -> tuple[Table, list[str]]:
     """
     if files.mapping is None:
         every = [read_cells(t, c) for t, c in zip(files.tables, files.columns, strict=True)]
-        return joined(every, [()] * len(every), None)
-    return _through(files, files.mapping)
+        table, remarks = joined(every, [()] * len(every), None)
+    else:
+        table, remarks = _through(files, files.mapping)
+    if files.planned is not None:
+        table = with_planned(table, files.planned, needs_none(table, files.mapping))
+    return table, remarks
 
 
 def _through(files: OpenFiles, mapping: FieldMapping) -> tuple[Table, list[str]]:

@@ -55,7 +55,7 @@ def joined(
         if join == (LINE,):
             table, said = _by_line(table, other, every)
         else:
-            excused = _excused(table, mapping)
+            excused = needs_none(table, mapping)
             row, said = _partners(table, other, join, excused)
             table = beside(table, other, row, join)
         remarks += said
@@ -65,7 +65,7 @@ def joined(
     return table, remarks
 
 
-def _excused(table: Table, mapping: FieldMapping | None) -> BoolArray:
+def needs_none(table: Table, mapping: FieldMapping | None) -> BoolArray:
     """(R,) rows that need no partner: of reflectors that stand still, or not to be used."""
     excused = ~usable(table)
     if mapping is not None and mapping.foot and "marker" in table.words:

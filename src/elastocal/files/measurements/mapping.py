@@ -61,6 +61,7 @@ class FieldMapping:
         rotation: (3, 3) from the frame of the readings to the base; None if they are in it.
         best_fit: Whether that rotation is to be found from the unloaded positions.
         controller: Whether the joint values are those of the controller.
+        plan: Plan that says the joints, relative to the mapping; None: a column does.
         markers: Markers that have columns of their own.
     """
 
@@ -79,6 +80,7 @@ class FieldMapping:
     rotation: Array | None
     best_fit: bool
     controller: bool
+    plan: str | None
     markers: tuple[str, ...]
 
     def style(self, i: int) -> Style:
@@ -134,6 +136,7 @@ def read_mapping(path: str | Path, robot: Robot) -> FieldMapping:
         None if isinstance(file.frame, str) else _rotation(document, file.frame),
         file.frame == "best-fit",
         file.joints == "controller",
+        file.plan,
         tuple(file.markers),
     )
 

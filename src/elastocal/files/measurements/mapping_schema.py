@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from elastocal.files.measurements.orientations import CONVENTIONS
 from elastocal.files.sections import After, Before, Section, Told, Variant, as_written, fresh
 from elastocal.files.tables.numbers import LARGEST
-from elastocal.files.values import Count, DegreeVector, Either, Flag, Name, Number, Vector
+from elastocal.files.values import Count, DegreeVector, Either, FileName, Flag, Name, Number, Vector
 from elastocal.names import flaw
 from elastocal.reading import is_character_set
 
@@ -141,3 +141,4 @@ class MappingFile(LayoutFile):
     orientation: Literal[CONVENTIONS] | None = None  # type: ignore[valid-type]
     frame: _Frame | None = None
     joints: Literal["model", "controller"] = "model"
+    plan: FileName | None = None

@@ -27,7 +27,6 @@ from elastocal.files.measurements.columns import (
 )
 from elastocal.files.measurements.experiments import grouped
 from elastocal.files.measurements.gathered import OpenFiles, opened, rows_of, used_alone
-from elastocal.files.measurements.mapping import FieldMapping
 from elastocal.files.measurements.readings import Readings, deflections, differences, markers
 from elastocal.files.measurements.selection import chosen_word, usable
 from elastocal.files.measurements.suspicious import doubts, unused
@@ -49,7 +48,10 @@ _CHUNK = 50_000  # experiments; bounds the memory for body frames
 
 
 def read_measurements(
-    path: str | Path | Sequence[str | Path], study: Study, mapping: str | Path | None = None
+    path: str | Path | Sequence[str | Path],
+    study: Study,
+    mapping: str | Path | None = None,
+    plan: str | Path | None = None,
 ) -> Measurements:
     """The measurements in a file, or in several.
 
@@ -60,15 +62,16 @@ def read_measurements(
         path: File or files.
         study: The campaign: robot, calibration tool, instrument.
         mapping: Mapping file that says what foreign columns mean.
+        plan: Plan whose joints and loads the experiments have by their numbers.
 
     Raises:
         MeasurementFileError: a file is wrong; the message names file, line and column.
     """
     turns = study.experiments.tool.rotation
-    files, turned = _of_use(opened(path, study.robot, mapping, rotation=turns), turns=turns)
+    files, turned = _of_use(opened(path, study.robot, mapping, plan, rotation=turns), turns=turns)
     _check_columns(files, study)
     table, left = rows_of(files)
-    shown = _measurements(table, study, files.mapping)
+    shown = _measurements(table, study, files)
     found = within_limits(shown, study.robot)
     return replace(
         found,
@@ -143,8 +146,9 @@ def _check_columns(files: OpenFiles, study: Study) -> None:
         kind_of_uncertainty(found, where, of)
 
 
-def _measurements(table: Table, study: Study, mapping: FieldMapping | None) -> Measurements:
+def _measurements(table: Table, study: Study, files: OpenFiles) -> Measurements:
     """Measurements without their source."""
+    mapping = files.mapping
     tool = study.experiments.tool
     keep = usable(table)
     left_out = kept(table, ~keep)
@@ -152,14 +156,14 @@ def _measurements(table: Table, study: Study, mapping: FieldMapping | None) -> M
     loaded = chosen_word(table, "state", _STATES) if "state" in table.words else None
     marker = markers(table, tool)
     grouping = grouped(table, study.robot, loaded, study.gravity, _preloaded(table))
-    if mapping and mapping.controller:
+    if files.controller:
         grouping = replace(grouping, cases=_from_controller(grouping.cases, study))
     if loaded is None:
         readings = deflections(table, grouping, marker, tool)
     else:
         readings = differences(table, grouping, marker, tool, loaded, _names_of(left_out, tool))
     said = list(grouping.remarks)
-    if not (mapping and mapping.controller) and not study.coupling.is_identity:
+    if files.controller is False and not study.coupling.is_identity:
         said.append(
             "joint values are taken as those of the model, not of its controller; a mapping with "
             "'joints: controller' says otherwise"

@@ -17,7 +17,7 @@ from elastocal.robot.payloads import Payload
 
 APART = ("series", "mounting", "payload")
 """Words that tell experiments of one name apart."""
-_NOTHING = ("", "-", "none", "nothing")
+_NOTHING = ("-", "none", "nothing")
 
 
 def told_apart(table: Table, words: Sequence[str] = APART) -> Table:
@@ -104,22 +104,19 @@ def of_pose(grouping: Grouping, number: IntArray, table: Table, word: str) -> In
     return found
 
 
-def carried(table: Table, payloads: Sequence[Payload]) -> IntArray:
-    """(R,) number of the payload in each row, -1 for nothing.
+def carried(table: Table, payloads: Sequence[Payload], usual: str) -> IntArray:
+    """(R,) number of the payload in each row, -1 for nothing; the usual one where none is said.
 
     Raises:
         MeasurementFileError: a payload that the study does not have.
     """
     words = table.words.get("payload")
-    if words is None:
-        return np.full(table.rows, -1, dtype=np.int64)
     known = [payload.name for payload in payloads]
+    unsaid = known.index(usual) if usual else -1
+    if words is None:
+        return np.full(table.rows, unsaid, dtype=np.int64)
     place = [
-        -1
-        if name.lower() in _NOTHING and name not in known
-        else known.index(name)
-        if name in known
-        else -2
+        known.index(name) if name in known else unsaid if not name else _nothing(name)
         for name in words.names
     ]
     found = np.array(place, dtype=np.int64)[words.codes]
@@ -132,3 +129,8 @@ def carried(table: Table, payloads: Sequence[Payload]) -> IntArray:
             "'none' is nothing"
         )
     return frozen(found, np.int64)
+
+
+def _nothing(name: str) -> int:
+    """-1 for a word that means nothing, -2 for any other."""
+    return -1 if name.lower() in _NOTHING else -2

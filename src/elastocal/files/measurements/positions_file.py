@@ -59,6 +59,7 @@ def read_positions(
     path: str | Path | Sequence[str | Path],
     study: AbsoluteStudy,
     mapping: str | Path | None = None,
+    plan: str | Path | None = None,
 ) -> Positions:
     """The absolute readings in a file, or in several.
 
@@ -66,18 +67,19 @@ def read_positions(
         path: File or files.
         study: Robot, tool and instrument.
         mapping: Mapping file that says what foreign columns mean.
+        plan: Plan whose joints and loads the poses have by their numbers.
 
     Raises:
         MeasurementFileError: a file is wrong; the message names file, line and column.
     """
-    files = opened(path, study.robot, mapping, absolute=True)
+    files = opened(path, study.robot, mapping, plan, absolute=True)
     turned = {c.header for some in files.columns for k, c in some.items() if k in _TURNED}
     foot = bool(files.mapping and files.mapping.foot)
     optional = [key for key in files.keys if _may_lack(key, foot=foot)]
     files = used_alone(files, optional, () if study.tool.rotation else _TURNED)
     _check_columns(files, study)
     table, left = rows_of(files)
-    shown = _positions(table, study, files.mapping)
+    shown = _positions(table, study, files)
     found = within_limits(shown, study.robot)
     free = files.free
     return replace(
@@ -147,8 +149,9 @@ def _check_columns(files: OpenFiles, study: AbsoluteStudy) -> None:
         kind_of_uncertainty(found, where, of)
 
 
-def _positions(table: Table, study: AbsoluteStudy, mapping: FieldMapping | None) -> Positions:
+def _positions(table: Table, study: AbsoluteStudy, files: OpenFiles) -> Positions:
     """Positions without their source."""
+    mapping = files.mapping
     keep = usable(table)
     said = []
     if not keep.all():
@@ -169,9 +172,9 @@ def _positions(table: Table, study: AbsoluteStudy, mapping: FieldMapping | None)
     grouping = grouped(arm, study.robot, None, study.gravity, np.zeros(arm.rows, dtype=bool))
     said += grouping.remarks
     cases = grouping.cases
-    if mapping and mapping.controller:
+    if files.controller:
         cases = replace(cases, q=study.coupling.to_model(cases.q))
-    elif not study.coupling.is_identity:
+    elif files.controller is False and not study.coupling.is_identity:
         said.append(
             "joint values are taken as those of the model, not of its controller; a mapping with "
             "'joints: controller' says otherwise"
@@ -194,7 +197,7 @@ def _positions(table: Table, study: AbsoluteStudy, mapping: FieldMapping | None)
         station_names,
         mounting=of_pose(grouping, mounting, arm, "mounting"),
         mountings=mountings,
-        payload=of_pose(grouping, carried(arm, study.payloads), arm, "payload"),
+        payload=of_pose(grouping, carried(arm, study.payloads, study.payload), arm, "payload"),
         payloads=tuple(payload.name for payload in study.payloads),
         time=time[of_arm],
         torque=_torques(arm, grouping.codes, study),

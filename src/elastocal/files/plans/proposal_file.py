@@ -99,10 +99,14 @@ def read_proposal(path: str | Path, study: Study) -> Proposal:
     Raises:
         PlanFileError: not a plan, or not for this robot; names row, column or key.
     """
-    path = Path(path)
+    return proposal_at(Path(path), study.robot)
+
+
+def proposal_at(path: Path, robot: Robot) -> Proposal:
+    """The plan in a file, for a robot; as `read_proposal`."""
     if is_table(path):
-        return _read_csv(path, study.robot)
-    return proposal_in(document_of(read_text(path), path), path, study.robot)
+        return _read_csv(path, robot)
+    return proposal_in(document_of(read_text(path), path), path, robot)
 
 
 def study_for(proposal: Proposal, study: Study) -> Study:
