@@ -73,6 +73,13 @@ Code = Literal[
     "same-load-cases",
     "unlike-predicted",
     "not-covered",
+    # of a calibration from absolute readings
+    "hardly-checked",
+    "spring-below-zero",
+    "not-told",
+    "large-errors",
+    "model-scatters",
+    "smaller-will-do",
     # of what experiments can tell apart
     "not-seen",
     "confounded",

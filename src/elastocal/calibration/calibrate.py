@@ -12,6 +12,7 @@ from elastocal.calibration.beginning import begin
 from elastocal.calibration.fit import Solved, solved
 from elastocal.calibration.noise import Noise, found_noise, instrument_alone
 from elastocal.calibration.parameters import Parameters
+from elastocal.calibration.prediction import predicted
 from elastocal.calibration.redundancy import Redundancy, redundancy_of
 from elastocal.fitting.robust import Loss, Squares
 from elastocal.measuring.positions import Positions
@@ -84,12 +85,16 @@ def calibrate(
     if start is None:
         start = begin(model, positions, base_known=known["base"], tool_known=known["tool"])
     state = start
-    noise, fit = instrument_alone(positions), None
-    told = len(parameters)
+    # What the drawing leaves counts as noise first: trusted as the instrument, readings would pull
+    # the arm far along what they cannot tell.
+    error = predicted(model, positions, parameters, state).error
+    noise, fit = found_noise(instrument_alone(positions), error, 0.0), None
     for _ in range(_ROUNDS):
         fit = solved(model, positions, parameters, state, noise)
         before, state = noise, fit.state
-        noise = found_noise(noise, fit.found.error, told)
+        told = told_by(parameters, noise.over(fit.found.rows))
+        root = np.sqrt(noise.weight / usual_share(loss))[:, None]
+        noise = found_noise(noise, root * fit.found.error, told)
         if loss.tamer is not None:
             size = np.linalg.norm(in_full(noise).over(fit.found.error[..., None])[..., 0], axis=1)
             noise = replace(noise, weight=loss.weight(size))
@@ -126,9 +131,8 @@ def _judged(
     covariance = np.linalg.inv(information * np.outer(scale, scale)) * np.outer(scale, scale)
     covariance[parameters.held, parameters.held] = 0.0
     redundancy = redundancy_of(parameters, flat)
-    dof = 3.0 * len(positions) - redundancy.told
-    if (noise.shared > 0.0).any():
-        dof = 3.0 * len(positions.cases) - redundancy.told
+    poses = len(positions.cases) if (noise.shared > 0.0).any() else len(positions)
+    dof = 3.0 * poses - told_by(parameters, rows)
     left = left_out_errors(noise, fit.found.error, fit.found.rows, rows, covariance)
     return Calibration(
         model,
@@ -142,6 +146,30 @@ def _judged(
         redundancy,
         max(dof, 1.0),
     )
+
+
+def usual_share(loss: Loss) -> float:
+    """What weights leave of the sum of squares where the noise is normal.
+
+    Source: textbook; the integral over sizes of residuals in three dimensions.
+    """
+    size = np.linspace(0.0, 10.0, 2001)
+    density = size**2 * np.exp(-(size**2) / 2.0)
+    return float((loss.weight(size) * size**2 * density).sum() / (3.0 * density.sum()))
+
+
+def told_by(parameters: Parameters, rows: Array) -> float:
+    """How many numbers rows over the noise, (R, 3, U), tell of the unknowns beside what was known.
+
+    Source: textbook; the trace of the matrix that takes readings to fitted values.
+    """
+    free = ~parameters.held
+    flat = rows[..., free].reshape(-1, int(free.sum()))
+    data = flat.T @ flat
+    whole = data + (parameters.rows.T @ parameters.rows)[np.ix_(free, free)]
+    scale = 1.0 / np.sqrt(np.diagonal(whole))
+    both = np.outer(scale, scale)
+    return float(np.trace(np.linalg.solve(whole * both, data * both)))
 
 
 def left_out_errors(

@@ -14,7 +14,7 @@ from elastocal.errors import InputError
 from elastocal.measuring.positions import Positions
 
 _MOST_STEPS = 60
-_AT_REST = 1e-9  # share of the sum of squares that the last step may win
+_AT_REST = 1e-9  # share of the sum of squares that a last step may promise to win
 
 
 @dataclass(frozen=True)
@@ -61,6 +61,8 @@ def solved(
         normal = normal / np.outer(scale, scale)
         while True:
             values = np.linalg.solve(normal + damping * np.eye(len(normal)), gradient / scale)
+            if gradient / scale @ values <= _AT_REST * size:  # less than rounding takes or gives
+                return Solved(state, found, step)
             tried = stepped(state, step_of(parameters, state, values / scale))
             there = predicted(model, positions, parameters, tried)
             now = _size(model, parameters, tried, there, noise)
@@ -69,10 +71,8 @@ def solved(
             damping *= 10.0
             if damping > 1e8:
                 raise InputError("the fit to the positions does not come to rest")
-        won, state, found, size = size - now, tried, there, now
+        state, found, size = tried, there, now
         damping = max(damping / 10.0, 1e-12)
-        if won <= _AT_REST * max(size, 1e-30):
-            return Solved(state, found, step)
     raise InputError("the fit to the positions does not come to rest")
 
 

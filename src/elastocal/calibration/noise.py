@@ -71,7 +71,7 @@ def instrument_alone(positions: Positions) -> Noise:
     return Noise(positions, zero, zero, zero, np.ones(len(positions)))
 
 
-def found_noise(noise: Noise, error: Array, told: int) -> Noise:
+def found_noise(noise: Noise, error: Array, told: float) -> Noise:
     """The noise that errors (R, 3) of a fit have, which knows `told` combinations from them.
 
     Source: ours; moments of what reflectors of a pose have in common, and do not.
@@ -81,12 +81,12 @@ def found_noise(noise: Noise, error: Array, told: int) -> Noise:
     own, shared, turned = (np.zeros(stations) for _ in range(3))
     for s in range(stations):
         mine = p.station == s
-        turned[s] = _beyond(error, p.covariance, mine & p.rotations, noise.weight, free)
+        turned[s] = _beyond(error, p.covariance, mine & p.rotations, free)
         at = mine & ~p.rotations
         size = np.bincount(p.case[at], minlength=len(p.cases))
         several = size[p.case] > 1
         if not (at & several).any():
-            own[s] = _beyond(error, p.covariance, at, noise.weight, free)
+            own[s] = _beyond(error, p.covariance, at, free)
             continue
         r = np.flatnonzero(at & several)
         k, count = size[p.case[r]], len(p.cases)
@@ -103,7 +103,7 @@ def found_noise(noise: Noise, error: Array, told: int) -> Noise:
     return replace(noise, own=own, shared=shared, turned=turned)
 
 
-def _beyond(error: Array, covariance: Array, mine: BoolArray, weight: Array, free: float) -> float:
+def _beyond(error: Array, covariance: Array, mine: BoolArray, free: float) -> float:
     """Standard deviation that errors have beyond their covariance, each by itself.
 
     Source: ours; the one at which the sum of squares over the noise is what it should be.
@@ -111,8 +111,8 @@ def _beyond(error: Array, covariance: Array, mine: BoolArray, weight: Array, fre
     if not mine.any():
         return 0.0
     values, vectors = np.linalg.eigh(covariance[mine])
-    squares = np.einsum("rij,ri->rj", vectors, error[mine]) ** 2 * weight[mine, None]
-    wanted = 3.0 * free * float(weight[mine].sum())
+    squares = np.einsum("rij,ri->rj", vectors, error[mine]) ** 2
+    wanted = 3.0 * free * float(mine.sum())
 
     def open_(variance: float) -> float:
         return float((squares / (values + variance)).sum()) - wanted

@@ -37,7 +37,7 @@ class Parameters:
         geometry: Number G of geometric errors.
         hung: The payloads that are unknown.
         rows: (E, U) what was known before, in units of its uncertainty.
-        mean: (p,) what was expected of the compliances before.
+        mean: (G + p,) what was expected of geometric errors and compliances before.
         held: (U,) unknowns that are known exactly: bases and tools nobody asks for.
     """
 
@@ -54,7 +54,7 @@ class Parameters:
     held: BoolArray = field(default_factory=lambda: frozen([], np.bool_))
 
     def __post_init__(self) -> None:
-        mean = self.mean if self.mean.size else np.zeros(self.compliances)
+        mean = self.mean if self.mean.size else np.zeros(self.geometry + self.compliances)
         held = self.held if self.held.size else np.zeros(len(self.names))
         freeze(self, "rows", mean=mean)
         freeze(self, held=held, dtype=np.bool_)
@@ -170,7 +170,7 @@ def parameters_of(
         g,
         p,
         hung,
-        mean=np.zeros(p) if mean is None else mean,
+        mean=np.append(np.zeros(g), np.zeros(p) if mean is None else mean),
         held=np.isin(block, (*held, *([PROBE] if TOOL in held else []))),
     )
     return _with_prior(found, model, compliance_prior, geometry_prior)
@@ -202,8 +202,7 @@ def from_prior(parameters: Parameters, model: ArmModel, state: State) -> Array:
     """(E,) how far a state is from what was known before, in units of its uncertainty."""
     values = np.zeros(len(parameters))
     a, g, p = parameters.arm, parameters.geometry, parameters.compliances
-    values[a : a + g] = state.geometry
-    values[a + g : a + g + p] = state.compliance - parameters.mean
+    values[a : a + g + p] = np.append(state.geometry, state.compliance) - parameters.mean
     for n, i in enumerate(parameters.hung):
         load = model.payloads[i]
         thought = np.append(load.mass, load.mass * load.center)

@@ -14,8 +14,9 @@ import numpy as np
 from elastocal.arrays import Array
 from elastocal.robot.rotations import from_rotation_vectors
 
-_MOST_POSES = 400
-_STEPS = 30
+_MOST_POSES = 200
+_STEPS = 40
+_AT_REST = 1e-9  # share of the squares that a last step wins
 
 
 def placed(flange: Array, seen: Array) -> tuple[Array, Array, float]:
@@ -37,11 +38,9 @@ def placed(flange: Array, seen: Array) -> tuple[Array, Array, float]:
     q, triangle = np.linalg.qr(span.reshape(-1, 6))
     size = np.abs(np.diagonal(triangle))
     q = q[:, size > 1e-9 * size.max()]
-    best, left = np.eye(3), np.inf
-    for start in _cube():
-        turn, open_ = _descended(start, flange[:, :3, 3], seen, q)
-        if open_ < left:
-            best, left = turn, open_
+    turns, open_ = _descended(_cube(), flange[:, :3, 3], seen, q)
+    first = int(open_.argmin())
+    best, left = turns[first], float(open_[first])
     values = seen @ best.T - flange[:, :3, 3]
     solved = np.linalg.lstsq(span.reshape(-1, 6), values.reshape(-1), rcond=1e-9)[0]
     T = np.eye(4)
@@ -50,39 +49,40 @@ def placed(flange: Array, seen: Array) -> tuple[Array, Array, float]:
     return T, solved[:3], float(np.sqrt(left / len(seen)))
 
 
-def _descended(turn: Array, flange: Array, seen: Array, q: Array) -> tuple[Array, float]:
-    """Gauss-Newton over rotations R' from `turn`: rotation and sum of squares."""
+def _descended(turns: Array, flange: Array, seen: Array, q: Array) -> tuple[Array, Array]:
+    """Damped Gauss-Newton over rotations R' from B of them: (B, 3, 3), and (B,) squares [m²]."""
 
     def outside(values: Array) -> Array:
-        flat = values.reshape(len(q), -1)
-        return np.asarray(flat - q @ (q.T @ flat))
+        """Values (B, N, 3) without what base and reflector can make of them, (B, 3N)."""
+        flat = values.reshape(len(values), -1)
+        return np.asarray(flat - (flat @ q) @ q.T)
 
-    damping, moved = 1e-3, seen @ turn.T
-    open_ = outside(moved - flange)
-    size = float((open_**2).sum())
+    damping = np.full(len(turns), 1e-3)
+    moved = seen @ turns.transpose(0, 2, 1)
+    left = outside(moved - flange)
+    size = (left**2).sum(axis=1)
     for _ in range(_STEPS):
-        arms = np.stack([np.cross(axis, moved) for axis in np.eye(3)], axis=-1)
-        rows = outside(arms)
-        normal, gradient = rows.T @ rows, rows.T @ open_[:, 0]
-        step = -np.linalg.solve(normal + damping * (np.trace(normal) + 1e-12) * np.eye(3), gradient)
-        tried = from_rotation_vectors(step[None])[0] @ turn
-        there = seen @ tried.T
-        left = outside(there - flange)
-        now = float((left**2).sum())
-        if now < size:
-            done = size - now < 1e-12 * size
-            turn, moved, open_, size, damping = tried, there, left, now, damping / 5.0
-            if done:
-                break
-        else:
-            damping *= 4.0
-            if damping > 1e6:
-                break
-    return turn, size
+        rows = np.stack([outside(np.cross(axis, moved)) for axis in np.eye(3)], axis=-1)
+        normal, gradient = rows.transpose(0, 2, 1) @ rows, np.einsum("bri,br->bi", rows, left)
+        more = damping * (np.trace(normal, axis1=1, axis2=2) + 1e-12)
+        step = -np.linalg.solve(normal + more[:, None, None] * np.eye(3), gradient[..., None])
+        tried = from_rotation_vectors(step[..., 0]) @ turns
+        there = seen @ tried.transpose(0, 2, 1)
+        open_ = outside(there - flange)
+        now = (open_**2).sum(axis=1)
+        better = now < size
+        done = ~better | (size - now <= _AT_REST * size)
+        turns = np.where(better[:, None, None], tried, turns)
+        moved = np.where(better[:, None, None], there, moved)
+        left, size = np.where(better[:, None], open_, left), np.where(better, now, size)
+        damping = np.where(better, damping / 5.0, damping * 4.0)
+        if done.all() and (damping[~better] > 1.0).all():
+            break
+    return turns, size
 
 
-def _cube() -> list[Array]:
-    """The 24 rotations of a cube."""
+def _cube() -> Array:
+    """(24, 3, 3) the rotations of a cube."""
     found = []
     for order in itertools.permutations(range(3)):
         for signs in itertools.product((1.0, -1.0), repeat=3):
@@ -90,4 +90,4 @@ def _cube() -> list[Array]:
             matrix[range(3), order] = signs
             if np.linalg.det(matrix) > 0.0:
                 found.append(matrix)
-    return found
+    return np.array(found)

@@ -21,7 +21,6 @@ import numpy as np
 from elastocal.arrays import Array, IntArray, freeze
 from elastocal.robot.chain import Robot, T_body_joint, transform
 from elastocal.robot.joint_kinds import JointKind, kind_of
-from elastocal.robot.rotations import from_rotation_vectors
 
 ZEROS, LENGTHS, ANGLES = "zeros", "lengths", "angles"
 GROUPS = (ZEROS, LENGTHS, ANGLES)
@@ -186,7 +185,12 @@ def _behind(step: Array) -> Array:
 
 def _turned(axis: int, angle: float) -> Array:
     """(3, 3) rotation about a coordinate axis."""
-    return from_rotation_vectors(np.eye(3)[axis : axis + 1] * angle)[0]
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    matrix = np.eye(3)
+    matrix[i, i] = matrix[j, j] = np.cos(angle)
+    matrix[j, i] = np.sin(angle)
+    matrix[i, j] = -matrix[j, i]
+    return matrix
 
 
 def _sine(link: Array) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -10,13 +10,13 @@ from elastocal.arrays import Array, freeze
 from elastocal.calibration.arm_model import ArmModel
 from elastocal.calibration.parameters import GEOMETRY_PRIOR, Parameters, parameters_of
 from elastocal.elastic.nuisance import Nuisance
-from elastocal.elastic.springs import VirtualJoints
+from elastocal.elastic.springs import VirtualJoints, subset
 from elastocal.elastic.unknowns import each_spring, joined
 from elastocal.measuring.instrument import Instrument
 from elastocal.measuring.positions import Positions
 from elastocal.robot.chain import Robot, Tool
 from elastocal.robot.controller_axes import Coupling, uncoupled
-from elastocal.robot.geometry import geometric_errors
+from elastocal.robot.geometry import GROUPS, geometric_errors
 from elastocal.robot.payloads import Payload
 
 
@@ -88,3 +88,24 @@ def unknowns_of(study: AbsoluteStudy, model: ArmModel, positions: Positions) -> 
         known[p:, p:], mean[p:] = study.nuisance.information, study.nuisance.mean
     held = tuple(block for block in ("base", "tool") if block not in study.blocks)
     return parameters_of(model, positions, known, mean, study.geometry_prior, held)
+
+
+def growing(study: AbsoluteStudy, positions: Positions) -> list[tuple[str, ArmModel, Parameters]]:
+    """Models that grow to that of a study: base and tool, zeros, lengths, angles, compliances.
+
+    Source: ours; the order in which manufacturers and standards name the errors of an arm.
+    """
+    base = tuple(block for block in study.blocks if block not in GROUPS)
+    bare = replace(study, blocks=base, springs=subset(study.springs, ()), nuisance=None)
+    steps = [("base and tool", bare)]
+    for group in GROUPS:
+        if group in study.blocks:
+            bare = replace(bare, blocks=(*bare.blocks, group))
+            steps.append((group, bare))
+    if len(study.springs):
+        bare = replace(bare, springs=study.springs)
+        steps.append(("compliances", bare))
+    if study.nuisance is not None:
+        steps.append(("nuisance", study))
+    models = [(name, step, arm_model(step)) for name, step in steps]
+    return [(name, model, unknowns_of(step, model, positions)) for name, step, model in models]

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 
 from elastocal.errors import Code, Doubt
 from elastocal.wording import (
+    calibration,
     campaigns,
     compensation,
     identifiability,
@@ -22,6 +23,7 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     **identification.SENTENCES,
     **compensation.SENTENCES,
     **campaigns.SENTENCES,
+    **calibration.SENTENCES,
     **identifiability.SENTENCES,
     **measurements.SENTENCES,
     **studies.SENTENCES,

@@ -1,0 +1,173 @@
+"""Calibrations from absolute readings as tables: models that grow, unknowns, what is not told."""
+
+from __future__ import annotations
+
+import numpy as np
+from rich import box
+from rich.table import Table
+from rich.text import Text
+
+from elastocal.arrays import Array
+from elastocal.calibration.calibrate import Calibration
+from elastocal.calibration.doubts import doubts
+from elastocal.calibration.nested import Ladder
+from elastocal.calibration.parameters import BASE, PAYLOAD, PROBE, TOOL
+from elastocal.calibration.validate import Check, rms_of
+from elastocal.fitting.goodness import quantile
+from elastocal.terminal.console import micrometres, out, whole
+from elastocal.wording import ended, worded
+from elastocal.wording.calibration import combination
+from elastocal.wording.lists import counted
+from elastocal.wording.numbers import length, number
+
+_CONFIDENCE = 0.95
+_NAMED = 0.05  # part of a combination that is named
+_BAR = 24  # characters of a drawn error
+
+
+def show_calibration(found: Calibration, grown: Ladder) -> None:
+    """What was found, model by model and unknown by unknown."""
+    _show_ladder(found, grown)
+    _show_unknowns(found)
+    _show_redundancy(found)
+    odd = doubts(found, grown)
+    for doubt in odd:
+        out.print(Text(f"Note: {ended(worded(doubt))}", style="yellow"))
+
+
+def _show_ladder(found: Calibration, grown: Ladder) -> None:
+    """Errors by model."""
+    p = found.positions
+    title = (
+        f"{counted(len(p), 'reading')} of {counted(len(p.cases), 'pose')}: how far positions are "
+        "from the model (RMS)"
+    )
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
+    for column in ("model", "unknowns", "told", "fit mm", "poses left out mm"):
+        left = column == "model"
+        table.add_column(column, justify="left" if left else "right", no_wrap=True)
+    table.add_column("", no_wrap=True)
+    widest = max(rung.left_out for rung in grown.rungs if np.isfinite(rung.left_out))
+    for i, rung in enumerate(grown.rungs):
+        if rung.calibration is None:
+            table.add_row(Text(rung.name), "", "", "–", "does not come to rest", "")
+            continue
+        bar = "─" * max(1, round(_BAR * rung.left_out / widest))
+        mark = "  proposed" if i == grown.proposed else ""
+        table.add_row(
+            Text(("+ " if i else "") + rung.name),
+            str(rung.unknowns),
+            str(rung.calibration.redundancy.told),
+            f"{1e3 * rung.error:.4f}",
+            f"{1e3 * rung.left_out:.4f}",
+            Text(bar + mark),
+        )
+    whole(table)
+
+
+def _show_unknowns(found: Calibration) -> None:
+    """Values with intervals; what the readings do not tell by itself has none."""
+    p, error = found.parameters, found.standard_error
+    width = quantile(0.5 + 0.5 * _CONFIDENCE, found.dof)
+    values = values_of(found)
+    table = Table(title="Unknowns", title_justify="left", box=box.SIMPLE_HEAD)
+    for column in ("unknown", "value", "± error", "95 % interval", "unit"):
+        left = column in ("unknown", "unit")
+        table.add_column(column, justify="left" if left else "right", no_wrap=True)
+    shown = [u for u in range(len(p)) if p.block[u] not in (BASE, PROBE) and not p.held[u]]
+    for u in shown:
+        factor, unit = _unit(found, u)
+        value = factor * values[u]
+        if not found.redundancy.seen[u]:
+            table.add_row(Text(p.names[u]), f"{value:.4g}", "", "not told by itself", unit)
+            continue
+        half = width * factor * error[u]
+        table.add_row(
+            Text(p.names[u]),
+            f"{value:.5g}",
+            number(factor * float(error[u]), 2),
+            f"{value - half:.4g} … {value + half:.4g}",
+            unit,
+        )
+    whole(table)
+
+
+def values_of(found: Calibration) -> Array:
+    """(U,) values of the unknowns; zero for bases and probes, which are more than numbers."""
+    p, state = found.parameters, found.state
+    values = np.zeros(len(p))
+    for m, k in np.argwhere(p.targets).tolist():
+        if k < state.markers.shape[1]:
+            values[p.marker(m, k)] = state.markers[m, k]
+    first, many = p.arm, p.geometry + p.compliances
+    values[first : first + many] = np.append(state.geometry, state.compliance)
+    for n, i in enumerate(p.hung):
+        values[first + many + 4 * n : first + many + 4 * n + 4] = state.payload[i]
+    return values
+
+
+def _unit(found: Calibration, u: int) -> tuple[float, str]:
+    """Factor from SI, and unit, of an unknown."""
+    p = found.parameters
+    kind, block = p.kinds[u], p.block[u]
+    if block == TOOL:
+        return 1e3, "mm"
+    if block == PAYLOAD:
+        return 1.0, "kg" if p.names[u].startswith("mass") else "kg·m"
+    if block == "compliance":
+        return 1e6, f"µ{kind.compliance}"
+    return (1e3, "mrad") if kind.unit == "rad" else (1e3, "mm")
+
+
+def _show_redundancy(found: Calibration) -> None:
+    """What the readings tell, and scatter."""
+    p, told = found.parameters, found.redundancy
+    free = len(p) - int(p.held.sum())
+    out.print(
+        Text(
+            f"{told.told} of {free} combinations of the unknowns move readings, and {told.well} "
+            "are known better from them than before; the rest keeps its prior"
+            f"{_ending(told.open, p.names)}"
+        )
+    )
+    noise = found.noise
+    for s, name in enumerate(found.positions.stations):
+        station = f"Station {name}: the" if len(found.positions.stations) > 1 else "The"
+        off = float(np.hypot(noise.own[s], noise.shared[s]))
+        if off > 0.0:
+            out.print(
+                Text(
+                    f"{station} model is off by {length(off)} in each coordinate beyond the noise "
+                    "of the instrument; the intervals count it."
+                )
+            )
+
+
+def _ending(open_: Array, names: tuple[str, ...]) -> str:
+    """': A and B do the same; …', or a full stop."""
+    if not len(open_):
+        return "."
+    said = []
+    for row in open_:
+        involved = np.flatnonzero(np.abs(row) > _NAMED)
+        said.append(combination([names[i] for i in involved[np.argsort(-np.abs(row[involved]))]]))
+    return ": " + "; ".join(said) + "."
+
+
+def show_check(found: Check) -> None:
+    """A calibrated robot on other readings."""
+    p = found.positions
+    error = found.error[found.points]
+    largest = float(np.sqrt((error**2).sum(axis=1)).max(initial=0.0))
+    how = (
+        f"base and tool from {counted(len(found.set_up), 'pose')} of them"
+        if found.set_up
+        else "with the base and the tool of the calibration"
+    )
+    out.print(
+        Text(
+            f"{counted(len(error), 'position')} of {counted(len(p.cases), 'pose')} not used, {how}:"
+            f" {1e3 * rms_of(error):.4f} mm (RMS) from the model, {1e3 * found.expected:.4f} mm "
+            f"expected; at most {micrometres(largest)}."
+        )
+    )

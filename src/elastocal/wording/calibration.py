@@ -1,0 +1,86 @@
+"""What is weak in a calibration from absolute readings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from elastocal.errors import Code, Doubt
+from elastocal.wording.lists import listed
+from elastocal.wording.numbers import length, number, readable, small
+
+
+def _hardly_checked(doubt: Doubt) -> str:
+    n = doubt.numbers
+    return (
+        f"{n['numbers']:.0f} numbers were read for {n['told']:.0f} that are found from them: next "
+        "to nothing is left to check the model with; read more poses"
+    )
+
+
+def _below_zero(doubt: Doubt) -> str:
+    n = doubt.numbers
+    factor, unit = readable(doubt.unit, n["value"])
+    text = (
+        f"{listed(doubt.about)}: {number(factor * n['value'])} ± {number(factor * n['error'], 2)} "
+        f"{unit}, and no spring gives way against its load"
+    )
+    if "geometry" in doubt.because:
+        return f"{text}; a sign that the geometry is off: add 'geometry' to what is identified"
+    if n["far"] < _SURELY:
+        return f"{text}; zero is within its error"
+    return f"{text}; look at masses, signs and the direction of gravity"
+
+
+_SURELY = 2.0  # standard errors below zero
+
+
+def _not_told(doubt: Doubt) -> str:
+    return (
+        f"{listed(doubt.about)}: these readings do not tell; poses or payloads that load them "
+        "otherwise would"
+    )
+
+
+def _large_errors(doubt: Doubt) -> str:
+    said = [f"{name} {small(doubt.numbers[name], doubt.unit)}" for name in doubt.about]
+    return (
+        f"{listed(said)}: far larger than geometric errors are; look at zeros, signs and units of "
+        "the joint values, and at the table of the robot"
+    )
+
+
+def _scatters(doubt: Doubt) -> str:
+    n = doubt.numbers
+    return (
+        f"the model is off by {length(n['model'])} in each coordinate where the instrument errs by "
+        f"{length(n['instrument'])}: the arm does what the model does not know; all intervals "
+        "count it"
+    )
+
+
+def _smaller_will_do(doubt: Doubt) -> str:
+    n = doubt.numbers
+    if n["small"] <= n["large"]:
+        what = f"predicts poses left out better ({length(n['small'])} than {length(n['large'])})"
+    else:
+        what = f"predicts poses left out as well ({length(n['small'])}, {length(n['large'])})"
+    return f"the smaller model {doubt.about[0]!r} {what}; {listed(doubt.because)} did not help"
+
+
+SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
+    "hardly-checked": _hardly_checked,
+    "spring-below-zero": _below_zero,
+    "not-told": _not_told,
+    "large-errors": _large_errors,
+    "model-scatters": _scatters,
+    "smaller-will-do": _smaller_will_do,
+}
+
+
+def combination(names: Sequence[str]) -> str:
+    """Unknowns that do the same, in words."""
+    if len(names) == 1:
+        return f"{names[0]} moves no reading"
+    if len(names) == 2:
+        return f"{names[0]} and {names[1]} do the same"
+    return f"{listed(names)} together move no reading"
