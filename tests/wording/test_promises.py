@@ -20,9 +20,3 @@ def test_springs_are_named_where_there_are_any() -> None:
     loads = " ".join(promise_sentences(1e-4, promised(uncompensated=0.0), made_for_it=True))
     assert "springs" not in loads
     assert "ρ0 is without these errors" in loads
-
-
-def test_readings_of_before_count_too_much_and_it_is_said() -> None:
-    said = "too good"
-    assert said not in " ".join(promise_sentences(1e-4, promised(), made_for_it=True))
-    assert said in " ".join(promise_sentences(1e-4, promised(before=True), made_for_it=True))

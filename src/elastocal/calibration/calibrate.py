@@ -93,8 +93,8 @@ def calibrate(
         fit = solved(model, positions, parameters, state, noise)
         before, state = noise, fit.state
         told = told_by(parameters, noise.over(fit.found.rows))
-        root = np.sqrt(noise.weight / usual_share(loss))[:, None]
-        noise = found_noise(noise, root * fit.found.error, told)
+        bounded = noise.weight[:, None] * fit.found.error / np.sqrt(usual_share(loss))
+        noise = found_noise(noise, bounded, told)
         if loss.tamer is not None:
             size = np.linalg.norm(in_full(noise).over(fit.found.error[..., None])[..., 0], axis=1)
             noise = replace(noise, weight=loss.weight(size))
@@ -149,13 +149,13 @@ def _judged(
 
 
 def usual_share(loss: Loss) -> float:
-    """What weights leave of the sum of squares where the noise is normal.
+    """What weights leave of the sum of squares of errors times weights where the noise is normal.
 
-    Source: textbook; the integral over sizes of residuals in three dimensions.
+    Source: Huber's proposal 2 (1964); the integral over sizes of residuals in three dimensions.
     """
     size = np.linspace(0.0, 10.0, 2001)
     density = size**2 * np.exp(-(size**2) / 2.0)
-    return float((loss.weight(size) * size**2 * density).sum() / (3.0 * density.sum()))
+    return float(((loss.weight(size) * size) ** 2 * density).sum() / (3.0 * density.sum()))
 
 
 def told_by(parameters: Parameters, rows: Array) -> float:
