@@ -14,9 +14,12 @@ from elastocal.calibration.noise import Noise, found_noise, instrument_alone
 from elastocal.calibration.parameters import Parameters
 from elastocal.calibration.prediction import predicted
 from elastocal.calibration.redundancy import Redundancy, redundancy_of
+from elastocal.fitting.goodness import quantile
 from elastocal.fitting.robust import Loss, Squares
 from elastocal.measuring.positions import Positions
 
+CONFIDENCE = 0.95
+"""Of the intervals of a calibration."""
 _ROUNDS = 8
 _STILL = 1e-2  # share by which the noise found may change in the last round
 
@@ -56,6 +59,11 @@ class Calibration:
     def standard_error(self) -> Array:
         """(U,) of the unknowns, given the prior."""
         return np.sqrt(np.diagonal(self.covariance))
+
+    @property
+    def width(self) -> float:
+        """Half of a 95 % interval over the standard error."""
+        return quantile(0.5 + 0.5 * CONFIDENCE, self.dof)
 
 
 def calibrate(
@@ -102,6 +110,20 @@ def calibrate(
             break
     assert fit is not None
     return _judged(model, positions, parameters, fit, noise)
+
+
+def values_of(found: Calibration) -> Array:
+    """(U,) values of the unknowns; zero for bases and probes, which are more than numbers."""
+    p, state = found.parameters, found.state
+    values = np.zeros(len(p))
+    for m, k in np.argwhere(p.targets).tolist():
+        if k < state.markers.shape[1]:
+            values[p.marker(m, k)] = state.markers[m, k]
+    first, many = p.arm, p.geometry + p.compliances
+    values[first : first + many] = np.append(state.geometry, state.compliance)
+    for n, i in enumerate(p.hung):
+        values[first + many + 4 * n : first + many + 4 * n + 4] = state.payload[i]
+    return values
 
 
 def in_full(noise: Noise) -> Noise:

@@ -8,19 +8,17 @@ from rich.table import Table
 from rich.text import Text
 
 from elastocal.arrays import Array
-from elastocal.calibration.calibrate import Calibration
+from elastocal.calibration.calibrate import Calibration, values_of
 from elastocal.calibration.doubts import doubts
 from elastocal.calibration.nested import Ladder
 from elastocal.calibration.parameters import BASE, PAYLOAD, PROBE, TOOL
 from elastocal.calibration.validate import Check, rms_of
-from elastocal.fitting.goodness import quantile
 from elastocal.terminal.console import micrometres, out, whole
 from elastocal.wording import ended, worded
 from elastocal.wording.calibration import combination
 from elastocal.wording.lists import counted
 from elastocal.wording.numbers import length, number
 
-_CONFIDENCE = 0.95
 _NAMED = 0.05  # part of a combination that is named
 _BAR = 24  # characters of a drawn error
 
@@ -68,8 +66,7 @@ def _show_ladder(found: Calibration, grown: Ladder) -> None:
 def _show_unknowns(found: Calibration) -> None:
     """Values with intervals; what the readings do not tell by itself has none."""
     p, error = found.parameters, found.standard_error
-    width = quantile(0.5 + 0.5 * _CONFIDENCE, found.dof)
-    values = values_of(found)
+    width, values = found.width, values_of(found)
     table = Table(title="Unknowns", title_justify="left", box=box.SIMPLE_HEAD)
     for column in ("unknown", "value", "± error", "95 % interval", "unit"):
         left = column in ("unknown", "unit")
@@ -90,20 +87,6 @@ def _show_unknowns(found: Calibration) -> None:
             unit,
         )
     whole(table)
-
-
-def values_of(found: Calibration) -> Array:
-    """(U,) values of the unknowns; zero for bases and probes, which are more than numbers."""
-    p, state = found.parameters, found.state
-    values = np.zeros(len(p))
-    for m, k in np.argwhere(p.targets).tolist():
-        if k < state.markers.shape[1]:
-            values[p.marker(m, k)] = state.markers[m, k]
-    first, many = p.arm, p.geometry + p.compliances
-    values[first : first + many] = np.append(state.geometry, state.compliance)
-    for n, i in enumerate(p.hung):
-        values[first + many + 4 * n : first + many + 4 * n + 4] = state.payload[i]
-    return values
 
 
 def _unit(found: Calibration, u: int) -> tuple[float, str]:
