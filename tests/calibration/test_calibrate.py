@@ -10,6 +10,7 @@ import pytest
 from elastocal.arrays import Array
 from elastocal.calibration.arm_model import ArmModel, State
 from elastocal.calibration.calibrate import Calibration, calibrate
+from elastocal.calibration.calibrated_robot import put_away
 from elastocal.calibration.doubts import doubts
 from elastocal.calibration.nested import ladder
 from elastocal.calibration.parameters import parameters_of
@@ -127,7 +128,7 @@ def test_poses_left_out_are_what_fits_without_them_say() -> None:
     for pose in (0, 7):
         keep = np.arange(25) != pose
         without = fitted(WHOLE, chosen_poses(positions, keep))
-        error = check(without, chosen_poses(positions, ~keep)).error
+        error = check(put_away(without), chosen_poses(positions, ~keep)).error
         assert found.left_out[positions.case == pose] == pytest.approx(error, abs=3e-6)
 
 
@@ -211,7 +212,7 @@ def test_a_robust_loss_holds_against_bad_rows() -> None:
     parameters = parameters_of(WHOLE, spoilt)
     plain, tame = (calibrate(WHOLE, spoilt, parameters, loss=loss) for loss in (None, Huber()))
     fresh = campaign(rng, WHOLE, truth, 20)
-    assert check(tame, fresh).rms < 0.5 * check(plain, fresh).rms
+    assert check(put_away(tame), fresh).rms < 0.5 * check(put_away(plain), fresh).rms
     large = [r for r in bad if np.linalg.norm(value[r] - positions.value[r]) > 20.0 * NOISE]
     assert (tame.noise.weight[large] < 0.2).all()
     assert np.median(tame.noise.weight) == 1.0
@@ -226,8 +227,8 @@ def moved(positions: Positions, rng: np.random.Generator) -> Positions:
 def test_other_series_are_checked_with_base_and_tool_from_some_of_their_poses() -> None:
     rng = np.random.default_rng(9)
     truth = truth_of(rng, WHOLE)
-    found = fitted(WHOLE, campaign(rng, WHOLE, truth, 60))
     fresh = campaign(rng, WHOLE, truth, 40)
+    found = put_away(fitted(WHOLE, campaign(rng, WHOLE, truth, 60)))
     own = check(found, fresh)
     assert own.rms == pytest.approx(own.expected, rel=0.15)
     there = check_set_up(found, moved(fresh, rng), 12)
@@ -245,7 +246,7 @@ def test_a_station_that_is_not_known_is_named() -> None:
     found = fitted(WHOLE, positions)
     other = replace(positions, stations=("north", "south"))
     with pytest.raises(InputError, match="station 'north' is not one of the calibration"):
-        check(found, other)
+        check(put_away(found), other)
 
 
 def test_what_nobody_asks_for_is_held() -> None:

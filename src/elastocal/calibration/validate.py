@@ -9,6 +9,7 @@ import numpy as np
 from elastocal.arrays import Array, BoolArray, freeze
 from elastocal.calibration.beginning import begin
 from elastocal.calibration.calibrate import Calibration, calibrate
+from elastocal.calibration.calibrated_robot import CalibratedRobot, put_away
 from elastocal.calibration.parameters import parameters_of
 from elastocal.calibration.prediction import predicted
 from elastocal.errors import InputError
@@ -55,26 +56,28 @@ def rms_of(errors: Array) -> float:
     return float(np.sqrt((errors**2).sum(axis=1).mean())) if len(errors) else 0.0
 
 
-def check(calibration: Calibration, positions: Positions) -> Check:
+def check(robot: CalibratedRobot, positions: Positions) -> Check:
     """A calibrated robot, where it stands, on other readings.
 
     Raises:
         InputError: a station or mounting of the readings is not one of the calibration.
     """
-    there = _renumbered(calibration.positions, positions)
-    p, noise = calibration.parameters, calibration.noise
-    found = predicted(calibration.model, there, p, calibration.state)
-    spread = found.rows @ calibration.covariance @ found.rows.transpose(0, 2, 1)
-    point = np.hypot(noise.own, noise.shared)[there.station]
-    own = np.where(there.rotations, noise.turned[there.station], point) ** 2
+    there = _renumbered(robot, positions)
+    found = predicted(robot.model, there, robot.parameters, robot.state)
+    spread = found.rows @ robot.covariance @ found.rows.transpose(0, 2, 1)
+    point, turned = (
+        np.array([getattr(noise, of) for noise in robot.noise])[there.station]
+        for of in ("model", "turned")
+    )
+    own = np.where(there.rotations, turned, point) ** 2
     return Check(positions, found.error, spread + there.covariance + own[:, None, None] * np.eye(3))
 
 
-def check_set_up(calibration: Calibration, positions: Positions, rows: int) -> Check:
+def check_set_up(robot: CalibratedRobot, positions: Positions, rows: int) -> Check:
     """A calibrated robot on another series, with base and tool from some of its poses.
 
     Args:
-        calibration: Geometry and compliances count as they were found, with their covariance.
+        robot: Its geometry and compliances count as they were found, with their covariance.
         positions: Readings of the other series.
         rows: Number of poses to find base and tool from, spread evenly over the series.
 
@@ -91,21 +94,21 @@ def check_set_up(calibration: Calibration, positions: Positions, rows: int) -> C
     keep = np.zeros(count, dtype=bool)
     keep[np.round(np.linspace(0, count - 1, rows)).astype(int)] = True
     some = chosen_poses(positions, keep)
-    found = check(set_up(calibration, some), chosen_poses(positions, ~keep))
+    found = check(put_away(set_up(robot, some)), chosen_poses(positions, ~keep))
     return replace(found, set_up=some.names)
 
 
-def set_up(calibration: Calibration, positions: Positions) -> Calibration:
-    """The robot of a calibration with other bases and tools, from readings of its own.
+def set_up(robot: CalibratedRobot, positions: Positions) -> Calibration:
+    """A calibrated robot with other bases and tools, from readings of its own.
 
     What is known of the arm is prior information, and these readings change it as far as they can.
     """
-    model, old, state = calibration.model, calibration.parameters, calibration.state
+    model, old, state = robot.model, robot.parameters, robot.state
     fresh = parameters_of(model, positions)
     many = old.geometry + old.compliances
     known = np.arange(old.arm, old.arm + many)
     rows = np.array(fresh.rows)
-    information = np.linalg.inv(calibration.covariance[np.ix_(known, known)])
+    information = np.linalg.inv(robot.covariance[np.ix_(known, known)])
     root = np.linalg.cholesky((information + information.T) / 2.0).T
     rows[:many, fresh.arm : fresh.arm + many] = root
     mean = np.append(state.geometry, state.compliance)
@@ -114,11 +117,16 @@ def set_up(calibration: Calibration, positions: Positions) -> Calibration:
     return calibrate(model, positions, replace(fresh, rows=rows, mean=mean), start=start)
 
 
-def _renumbered(own: Positions, other: Positions) -> Positions:
+def _renumbered(robot: CalibratedRobot, other: Positions) -> Positions:
     """Readings with the stations, mountings and payloads numbered as those of a calibration."""
+    names = {
+        "stations": robot.stations,
+        "mountings": robot.mountings,
+        "payloads": tuple(payload.name for payload in robot.model.payloads),
+    }
     numbers = {}
     for what in ("stations", "mountings", "payloads"):
-        known, given = getattr(own, what), getattr(other, what)
+        known, given = names[what], getattr(other, what)
         missing = [name for name in given if name not in known]
         if missing and len(given) == len(known) == 1 and what != "payloads":
             missing, given = [], known  # one of each: a name more or less is no other station
@@ -133,9 +141,9 @@ def _renumbered(own: Positions, other: Positions) -> Positions:
     return replace(
         other,
         station=numbers["stations"][other.station],
-        stations=own.stations,
+        stations=robot.stations,
         mounting=numbers["mountings"][other.mounting],
-        mountings=own.mountings,
+        mountings=robot.mountings,
         payload=payload,
-        payloads=own.payloads,
+        payloads=names["payloads"],
     )

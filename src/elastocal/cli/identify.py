@@ -56,6 +56,22 @@ def identify_command(
     as_json: Json = False,
 ) -> None:
     """Identify the compliances from measurements; write model.json."""
+    from elastocal.files.study.absolute_file import is_absolute
+
+    given = [
+        study_file,
+        *measurements,
+        *(f for f in (mapping, plan, prior, known) if f is not None),
+    ]
+    writable(out, *given, suffix=".json")
+    if is_absolute(study_file):
+        from elastocal.cli.absolute import calibrate_command
+
+        refused = {"--prior": prior, "--known": known, "--nonnegative": nonnegative or None}
+        calibrate_command(
+            study_file, measurements, mapping, out, loss, refused, force=force, as_json=as_json
+        )
+        return
     from elastocal.cli.inputs import (
         known_in,
         known_model,
@@ -69,9 +85,6 @@ def identify_command(
     from elastocal.identification.search import searched
     from elastocal.terminal.fitted_along import in_short
 
-    models = [file for file in (mapping, plan, prior, known) if file is not None]
-    given = [study_file, *measurements, *models]
-    writable(out, *given, suffix=".json")
     study = read_study(study_file, known_in(known))
     if study.known is not None and known is None:
         known = study_file.parent / study.known.source
@@ -111,10 +124,26 @@ def validate_command(
     plan: Planned = None,
     prior: Prior = None,
     known: Known = None,
+    set_up: Annotated[
+        int | None,
+        typer.Option(
+            help="Of absolute readings: poses to find base and tool from, for another series.",
+            min=1,
+        ),
+    ] = None,
     confidence: Annotated[float, typer.Option(help="Confidence of the predictions.")] = 0.95,
     as_json: Json = False,
 ) -> None:
     """Compare a model with experiments; with those it was made from, each is left out in turn."""
+    from elastocal.files.study.absolute_file import is_absolute
+
+    if is_absolute(study_file):
+        from elastocal.cli.absolute import check_command
+
+        check_command(study_file, model, measurements, mapping, set_up, as_json=as_json)
+        return
+    if set_up is not None:
+        raise InputError("--set-up is for studies of absolute readings; deflections need no base")
     from elastocal.cli.inputs import errors_of, fit_of, identified_cases, known_in, known_model
     from elastocal.cli.measured import readings
     from elastocal.cli.origins import note_measurements, note_model

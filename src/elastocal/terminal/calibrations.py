@@ -76,14 +76,14 @@ def _show_unknowns(found: Calibration) -> None:
         factor, unit = _unit(found, u)
         value = factor * values[u]
         if not found.redundancy.seen[u]:
-            table.add_row(Text(p.names[u]), f"{value:.4g}", "", "not told by itself", unit)
+            table.add_row(Text(p.names[u]), f"{value:.4f}", "", "not told by itself", unit)
             continue
         half = width * factor * error[u]
         table.add_row(
             Text(p.names[u]),
-            f"{value:.5g}",
+            f"{value:.4f}",
             number(factor * float(error[u]), 2),
-            f"{value - half:.4g} … {value + half:.4g}",
+            f"{value - half:.4f} … {value + half:.4f}",
             unit,
         )
     whole(table)

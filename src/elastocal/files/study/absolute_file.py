@@ -16,7 +16,7 @@ from elastocal.files.study.instrument import InstrumentFile, instrument_of
 from elastocal.files.study.nuisance import KnownJoints, NuisanceFile, nuisance_of
 from elastocal.files.study.robot import ControllerFile, RobotFile, coupling_of, robot_of
 from elastocal.files.study.springs import SpringFile, extra_springs
-from elastocal.files.study.study_file import check_version, parse_study
+from elastocal.files.study.study_file import BLOCKS, check_version, names_blocks, parse_study
 from elastocal.files.study.tools import ToolFile, find_tool, tool_of
 from elastocal.files.texts import read_text
 from elastocal.files.values import (
@@ -36,8 +36,6 @@ from elastocal.study.study import Study, springs_of
 
 _LARGEST = 1_000_000  # bytes; a study file is a page of text
 _DOWN = [0.0, 0.0, -9.80665]
-BLOCKS = ("base", "tool", "geometry", *GROUPS, "payload")
-"""What `identify` may name besides joints and springs."""
 _OPEN_MASS, _OPEN_CENTER = 10.0, 0.3  # kg, m: a payload of which next to nothing is known
 
 
@@ -97,12 +95,25 @@ def read_any_study(path: str | Path) -> Study | AbsoluteStudy:
         raise StudyError(f"{document.where(error.path)}: {error}") from None
 
 
-def names_blocks(value: dict[str, object]) -> bool:
-    """Whether a document's `identify` names more than joints and springs."""
-    names = value.get("identify")
-    return isinstance(names, list) and any(
-        name in BLOCKS for name in names if isinstance(name, str)
-    )
+def is_absolute(path: str | Path) -> bool:
+    """Whether a study file is of absolute readings; what is wrong with it is said by its reader."""
+    try:
+        value = parse(read_text(Path(path), largest=_LARGEST), Path(path)).value
+    except InputError:
+        return False
+    return isinstance(value, dict) and names_blocks(value)
+
+
+def read_absolute_study(path: str | Path) -> AbsoluteStudy:
+    """The study of absolute readings in a file.
+
+    Raises:
+        StudyError: the file is wrong, or of deflections.
+    """
+    study = read_any_study(path)
+    if not isinstance(study, AbsoluteStudy):
+        raise StudyError(f"{path}: identify names no block, so this is a study of deflections")
+    return study
 
 
 def _study(file: AbsoluteStudyFile, path: Path, text: str) -> AbsoluteStudy:

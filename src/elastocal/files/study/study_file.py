@@ -37,6 +37,7 @@ from elastocal.files.texts import is_version, read_text
 from elastocal.files.values import Either, FileName, Name, Vector
 from elastocal.files.yaml_lines import Located, LocatedError, at, parse
 from elastocal.robot.chain import Robot
+from elastocal.robot.geometry import GROUPS
 from elastocal.robot.joint_room import outside
 from elastocal.robot.pose_check import refuse_too_few
 from elastocal.study.criteria import CRITERIA, RHO0
@@ -116,10 +117,25 @@ def _validated(document: Located) -> StudyFile:
     if not isinstance(value, dict):
         raise LocatedError((), f"expected keys such as 'robot:', found {type(value).__name__}")
     check_version(document)
+    if names_blocks(value):
+        raise StudyError(
+            f"{document.file}: identify names blocks, so this is a study of absolute readings, "
+            "which this command does not take; identify and validate do"
+        )
     try:
         return StudyFile.of(value)
     except SectionError as error:
         raise StudyError(first_problem(document, error, StudyFile)) from None
+
+
+BLOCKS = ("base", "tool", "geometry", *GROUPS, "payload")
+"""What `identify` of a study of absolute readings may name besides joints and springs."""
+
+
+def names_blocks(value: dict[str, object]) -> bool:
+    """Whether a document's `identify` names more than joints and springs."""
+    names = value.get("identify")
+    return isinstance(names, list) and any(isinstance(n, str) and n in BLOCKS for n in names)
 
 
 def check_version(document: Located) -> None:

@@ -1,0 +1,114 @@
+"""What `identify` and `validate` do with studies of absolute readings.
+
+Imported by the commands when they run.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+from elastocal.calibration.calibrate import calibrate
+from elastocal.calibration.calibrated_robot import put_away
+from elastocal.calibration.nested import ladder
+from elastocal.calibration.validate import check, check_set_up
+from elastocal.cli.common import print_json, replaceable
+from elastocal.errors import InputError
+from elastocal.files.measurements.positions_file import read_positions
+from elastocal.files.models.calibration_file import read_calibration
+from elastocal.files.models.calibration_writing import calibration_document, write_calibration
+from elastocal.files.study.absolute_file import read_absolute_study
+from elastocal.fitting.robust import LOSSES
+from elastocal.measuring.positions import Positions
+from elastocal.study.absolute import AbsoluteStudy, arm_model, growing, unknowns_of
+from elastocal.wording import ended, worded
+
+
+def calibrate_command(
+    study_file: Path,
+    measurements: list[Path],
+    mapping: Path | None,
+    out: Path,
+    loss: str,
+    refused: Mapping[str, object],
+    *,
+    force: bool,
+    as_json: bool,
+) -> None:
+    """Calibrate the robot of a study; write model.json."""
+    for option, value in refused.items():
+        if value is not None:
+            raise InputError(f"{option} does not go with absolute readings")
+    replaceable(out, "model", force=force)
+    study = read_absolute_study(study_file)
+    positions = _read(study, measurements, mapping, quiet=as_json)
+    model = arm_model(study)
+    weigher = LOSSES[loss]
+    found = calibrate(model, positions, unknowns_of(study, model, positions), loss=weigher)
+    grown = ladder(growing(study, positions), positions, weigher, found)
+    robot = put_away(found, str(study_file), _hash(study))
+    write_calibration(robot, out)
+    if as_json:
+        print_json(calibration_document(robot))
+        return
+    from elastocal.terminal.calibrations import show_calibration
+
+    show_calibration(found, grown)
+    print(f"wrote {out}")
+
+
+def check_command(
+    study_file: Path,
+    model: Path,
+    measurements: list[Path],
+    mapping: Path | None,
+    rows: int | None,
+    *,
+    as_json: bool,
+) -> None:
+    """Compare a calibrated robot with readings that it was not made from."""
+    study = read_absolute_study(study_file)
+    robot = read_calibration(model, study.robot)
+    positions = _read(study, measurements, mapping, quiet=as_json)
+    if robot.origin.measurements_sha256 == positions.sha256 and positions.sha256:
+        raise InputError(
+            f"{model}: was made from these readings; give readings that were kept aside (what "
+            "poses left out in turn say is shown by identify)"
+        )
+    found = check(robot, positions) if rows is None else check_set_up(robot, positions, rows)
+    if as_json:
+        print_json(
+            {
+                "elastocal": 1,
+                "kind": "check",
+                "poses": len(found.positions.cases),
+                "error_mm": 1e3 * found.rms,
+                "expected_mm": 1e3 * found.expected,
+                "set_up": list(found.set_up),
+            }
+        )
+        return
+    from elastocal.terminal.calibrations import show_check
+
+    show_check(found)
+
+
+def _read(
+    study: AbsoluteStudy, measurements: list[Path], mapping: Path | None, *, quiet: bool
+) -> Positions:
+    """The readings, with what is odd in them said."""
+    found = read_positions(measurements, study, mapping)
+    if not quiet:
+        for remark in found.remarks:
+            print(f"note: {ended(remark)}", file=sys.stderr)
+        for doubt in found.doubts:
+            print(f"note: {ended(worded(doubt))}", file=sys.stderr)
+    return found
+
+
+def _hash(study: AbsoluteStudy) -> str:
+    """The hash of the text of a study."""
+    import hashlib
+
+    return hashlib.sha256(study.text.encode()).hexdigest()
