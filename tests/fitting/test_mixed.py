@@ -7,6 +7,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 from scipy.special import stdtrit
 
+from elastocal.fitting import mixed
 from elastocal.fitting.few_readings import spread_of_few
 from elastocal.fitting.mixed import (
     Rows,
@@ -71,6 +72,30 @@ def test_the_noise_is_the_maximum_of_the_likelihood(seed: int, sigma: float) -> 
         options={"xatol": 1e-9},
     )
     assert np.log(variance) == pytest.approx(best.x, abs=1e-5)
+
+
+@pytest.mark.parametrize("sigma", [3.0, 30.0])
+def test_noise_among_large_errors_is_found_in_few_rounds(
+    sigma: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Promised far too small: scoring alone goes up by some percent in each of fifty rounds."""
+    rng = np.random.default_rng(1)
+    x = rng.normal(size=(3000, 6))
+    absolute = 10.0 ** rng.uniform(1.5, 3.5, 3000)
+    absolute[:4] = 0.0
+    y = rng.normal(size=3000) * np.sqrt(sigma**2 + absolute)
+    rows, asked = Rows(x, y, np.ones(3000), absolute), []
+
+    def counted(rows: Rows, variance: float) -> tuple[np.ndarray, np.ndarray]:
+        asked.append(variance)
+        return estimate(rows, variance)
+
+    monkeypatch.setattr(mixed, "estimate", counted)
+    variance = noise_variance(rows)
+    assert len(asked) < 20
+    around = [minus_log_likelihood(rows, variance * np.exp(step)) for step in (-0.01, 0.0, 0.01)]
+    assert around[1] == min(around)
+    assert 0.5 * sigma < np.sqrt(variance) < 2.0 * sigma
 
 
 def test_fewer_rows_say_the_same() -> None:

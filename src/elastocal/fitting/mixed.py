@@ -28,6 +28,9 @@ from elastocal.matrices import freedom_of
 
 _MOST_ROUNDS = 200
 _AT_REST = 1e-10  # change of log s² at which it rests
+_SLOW = 0.8  # a step over the last one, from which they go on for long
+_NEAR = 0.5  # two places between which the score is nearly straight
+_ROUNDED = 1e-6  # two places whose scores differ by rounding
 _FARTHEST = 3.0  # that in one round at most
 _NO_NOISE = 1e-12  # s² over that promised at which it has vanished
 
@@ -124,11 +127,14 @@ def estimate(rows: Rows, variance: float) -> tuple[Array, Array]:
 def noise_variance(rows: Rows, start: float = 1.0) -> float:
     """s², the instrument's variance over the promised one; 0 if nothing is left for it.
 
-    Fisher's scoring in log s² from `start`, with steps of a factor e³ at most.
+    Fisher's scoring in log s² from `start`, with steps of a factor e³ at most; steps that shrink
+    slowly are made as long as all of them together; between two scores of different signs by
+    halves, and at last by secants.
     """
     rows = condensed(rows)
-    variance = start
+    path = _Path(start)
     for _ in range(_MOST_ROUNDS):
+        variance = path.variance
         found, covariance = estimate(rows, variance)
         weight = rows.weight(variance)
         residual = rows.values - rows.rows @ found
@@ -140,13 +146,47 @@ def noise_variance(rows: Rows, start: float = 1.0) -> float:
         # From far above the score is flat: the fixed point takes over, in the same direction.
         if seen > 0.0 and abs(step) > 1.0:
             step = float(np.log(seen / max(expected, 1e-300)))
-        step = float(np.clip(step, -_FARTHEST, _FARTHEST))
-        variance *= float(np.exp(step))
+        step = path.advance(step, (seen - expected) * variance)
         if abs(step) <= _AT_REST:
             break
-        if variance < _NO_NOISE:
+        if path.variance < _NO_NOISE:
             return 0.0
-    return variance
+    return path.variance
+
+
+class _Path:
+    """The way of log s² to where its score is zero."""
+
+    def __init__(self, start: float) -> None:
+        self.place = float(np.log(start))
+        self._low, self._high = -np.inf, np.inf  # between them the score falls through zero
+        self._last, self._before = 0.0, (np.nan, np.nan)
+
+    @property
+    def variance(self) -> float:
+        """s² there."""
+        return float(np.exp(self.place))
+
+    def advance(self, step: float, score: float) -> float:
+        """Go on, where scoring steps by `step`; the step that is made."""
+        here = self.place
+        if step > 0.0:
+            self._low = here
+        else:
+            self._high = here
+        other, its_score = self._before
+        if np.isfinite(self._low) and np.isfinite(self._high):
+            if abs(here - other) > _ROUNDED and (score - its_score) / (here - other) < 0.0:
+                step = -score * (here - other) / (score - its_score)
+            near = self._high - self._low < _NEAR and self._low < here + step < self._high
+            if not near and abs(step) > _ROUNDED:
+                step = 0.5 * (self._low + self._high) - here
+        elif self._last and (ratio := step / self._last) > _SLOW:
+            step = step / (1.0 - ratio) if ratio < 1.0 else 2.0 * step
+        step = float(np.clip(step, -_FARTHEST, _FARTHEST))
+        self._last, self._before = step, (here, score)
+        self.place = here + step
+        return step
 
 
 def squares_and_shares(rows: Rows, variance: float) -> tuple[float, float]:
