@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from elastocal.arrays import Array
-from elastocal.fitting.influence import influence, reordered
+from elastocal.fitting.influence import influence, reordered, shifts
 
 GROUP = np.array([2, 0, 1, 1, 0, 2, 2])
 SCALES = np.array([1.0, 1e3, 1e-4])
@@ -53,6 +53,27 @@ def test_a_group_that_alone_sees_an_unknown() -> None:
     assert np.isinf(found.error_ratio[1]).all()
     assert found.leverage[1] > 1.0 - 1e-9
     assert np.isfinite(found.shift[[0, 2]]).all()
+
+
+@pytest.mark.parametrize("unknowns", [3, 5, 9])
+def test_shifts_alone_are_the_same(unknowns: int) -> None:
+    """Few unknowns go another way than many."""
+    rng = np.random.default_rng(unknowns)
+    rows, residual = rng.normal(size=(60, 3, unknowns)), rng.normal(size=(60, 3))
+    rows[:2, :, 0], rows[2:, :, 0] = 1.0, 0.0
+    group = np.repeat(np.arange(30), 2)
+    flat = rows.reshape(-1, unknowns)
+    whole = flat.T @ flat
+    found = shifts(rows, residual, group, 30, whole)
+    assert np.isnan(found[0]).all()
+    expected = influence(rows, residual, group, 30, whole)
+    np.testing.assert_allclose(found, expected.shift, rtol=1e-9)
+    for g in range(1, 30):
+        own = rows[group == g].reshape(-1, unknowns)
+        pulled = own.T @ residual[group == g].ravel()
+        np.testing.assert_allclose(found[g], -np.linalg.solve(whole - own.T @ own, pulled))
+        ratio = np.diagonal(np.linalg.inv(whole - own.T @ own)) / np.diagonal(np.linalg.inv(whole))
+        np.testing.assert_allclose(expected.error_ratio[g] ** 2, ratio)
 
 
 def test_reordered_groups_keep_their_numbers() -> None:

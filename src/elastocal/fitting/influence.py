@@ -12,10 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastocal.arrays import Array, IntArray, frozen
+from elastocal.arrays import Array, BoolArray, IntArray, frozen
 from elastocal.matrices import eliminated, rank_of
 
 _PORTION = 2048  # readings looked at together
+_FEW = 6  # unknowns up to which NumPy is the faster over all groups at once, LAPACK beyond
 
 
 @dataclass(frozen=True)
@@ -51,40 +52,95 @@ def influence(
     Source: Cook & Weisberg, Residuals and Influence in Regression, ch. 3, for blocks of rows.
     """
     p = rows.shape[2]
-    scale = 1.0 / np.sqrt(np.diagonal(information))
-    whole = information * np.outer(scale, scale)
+    scale, whole = _scaled(information)
     covariance = np.linalg.inv(whole)
     # What no reading is in: without it nothing changes.
     leverage, cook, shift = np.zeros(count), np.zeros(count), np.zeros((count, p))
     ratio = np.ones((count, p))
-    for groups, begin, these in _portions(group):
-        scaled, left_over = rows[these] * scale, residual[these]
-        each = len(scaled) // len(begin)
-        if (np.diff(begin, append=len(scaled)) == each).all():  # as many readings in every group
-            scaled = scaled.reshape(len(begin), -1, p)
-            left_over = left_over.reshape(len(begin), -1)
-            own = scaled.transpose(0, 2, 1) @ scaled
-            pulled = np.einsum("gip,gi->gp", scaled, left_over)
-        else:
-            own = np.add.reduceat(scaled.transpose(0, 2, 1) @ scaled, begin)
-            pulled = np.add.reduceat(np.einsum("rip,ri->rp", scaled, left_over), begin)
+    for groups, own, pulled in _sums(rows, residual, group, scale):
         leverage[groups] = np.einsum("gpq,pq->g", own, covariance)
-        left = whole - own
-        carried = np.zeros(len(groups), dtype=bool)
-        likely = leverage[groups] > 0.999  # below that something of every unknown is left
-        carried[likely] = rank_of(left[likely], scale=whole) < p
-        left[carried] = np.eye(p)
-        sides = np.concatenate([pulled[:, :, None], np.broadcast_to(np.eye(p), left.shape)], axis=2)
-        solved = eliminated(*(np.ascontiguousarray(a.transpose(1, 2, 0)) for a in (left, sides)))
-        moved = -solved[:, 0].T
+        left, carried = _left(whole, own, leverage[groups])
+        if p > _FEW:
+            inverse = np.asarray(np.linalg.inv(left), dtype=float)
+            moved, freed = _times(inverse, -pulled), np.diagonal(inverse, axis1=1, axis2=2)
+        else:
+            unit = np.broadcast_to(np.eye(p), left.shape)
+            solved = _eliminated(left, np.concatenate([pulled[:, :, None], unit], axis=2))
+            moved, freed = -solved[:, 0].T, np.diagonal(solved[:, 1:])
         moved[carried] = np.nan
         cook[groups] = np.einsum("gp,pq,gq->g", moved, whole, moved) / p
-        spread = np.diagonal(solved[:, 1:]) / np.diagonal(covariance)
+        spread = freed / np.diagonal(covariance)
         ratio[groups] = np.where(carried[:, None], np.inf, np.sqrt(spread))
         shift[groups] = moved * scale
     return Influence(
         leverage=frozen(leverage), cook=frozen(cook), shift=frozen(shift), error_ratio=frozen(ratio)
     )
+
+
+def shifts(rows: Array, residual: Array, group: IntArray, count: int, information: Array) -> Array:
+    """(G, p) change of the estimate when each of `count` groups is left out, and nothing else.
+
+    Args as those of `influence`; NaN where a group alone carries an unknown.
+    """
+    p = rows.shape[2]
+    scale, whole = _scaled(information)
+    covariance = np.linalg.inv(whole)
+    shift = np.zeros((count, p))
+    for groups, own, pulled in _sums(rows, residual, group, scale):
+        left, carried = _left(whole, own, np.einsum("gpq,pq->g", own, covariance))
+        if p > _FEW:
+            moved = np.linalg.solve(left, -pulled[..., None])[..., 0]
+        else:
+            moved = -_eliminated(left, pulled[..., None])[:, 0].T
+        moved[carried] = np.nan
+        shift[groups] = moved * scale
+    return shift
+
+
+def _scaled(information: Array) -> tuple[Array, Array]:
+    """(p,) sizes of the unknowns, and (p, p) information in these."""
+    scale = 1.0 / np.sqrt(np.diagonal(information))
+    return scale, information * np.outer(scale, scale)
+
+
+def _sums(
+    rows: Array, residual: Array, group: IntArray, scale: Array
+) -> Iterator[tuple[IntArray, Array, Array]]:
+    """Some groups, their information (g, p, p), and what residuals pull at the estimate (g, p)."""
+    p = rows.shape[2]
+    for groups, begin, these in _portions(group):
+        scaled, left_over = rows[these] * scale, residual[these]
+        each = len(scaled) // len(begin)
+        if (np.diff(begin, append=len(scaled)) == each).all():  # as many readings in every group
+            scaled = scaled.reshape(len(begin), -1, p)
+            turned = scaled.transpose(0, 2, 1)
+            pulled = _times(turned, left_over.reshape(len(begin), -1))
+            yield groups, turned @ scaled, pulled
+        else:
+            turned = scaled.transpose(0, 2, 1)
+            pulled = np.add.reduceat(_times(turned, left_over), begin)
+            yield groups, np.add.reduceat(turned @ scaled, begin), pulled
+
+
+def _left(whole: Array, own: Array, leverage: Array) -> tuple[Array, BoolArray]:
+    """(g, p, p) information without each group, and where nothing is left of an unknown."""
+    left, p = whole - own, len(whole)
+    carried = np.zeros(len(left), dtype=bool)
+    likely = leverage > 0.999  # below that something of every unknown is left
+    carried[likely] = rank_of(left[likely], scale=whole) < p
+    left[carried] = np.eye(p)
+    return left, carried
+
+
+def _times(matrices: Array, vectors: Array) -> Array:
+    """(g, p) matrices (g, p, q) times vectors (g, q)."""
+    return np.asarray((matrices @ vectors[..., None])[..., 0])
+
+
+def _eliminated(matrices: Array, sides: Array) -> Array:
+    """(p, m, g) solutions, of matrices (g, p, p) and sides (g, p, m)."""
+    first, second = (np.ascontiguousarray(a.transpose(1, 2, 0)) for a in (matrices, sides))
+    return eliminated(first, second)
 
 
 def _portions(group: IntArray) -> Iterator[tuple[IntArray, IntArray, IntArray | slice]]:

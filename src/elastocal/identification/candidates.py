@@ -16,7 +16,7 @@ from elastocal.arrays import Array, BoolArray
 from elastocal.errors import Code, Doubt
 from elastocal.fitting.chances import chi_square_above, ratio_above
 from elastocal.fitting.goodness import SURE
-from elastocal.fitting.influence import influence
+from elastocal.fitting.influence import shifts
 from elastocal.identification.candidate_columns import SPRINGS, Candidate, candidates
 from elastocal.identification.doubts import SELDOM
 from elastocal.identification.growth import growth
@@ -274,7 +274,7 @@ def added(fit: Linearised, columns: Array) -> Linearised:
 def _left_out(fit: Linearised) -> Array:
     """(R, 3) residuals over the noise when their configuration is left out; NaN if it cannot be."""
     count = int(fit.group.max(initial=0)) + 1
-    shift = influence(fit.rows, fit.residual, fit.group, count, fit.information).shift
+    shift = shifts(fit.rows, fit.residual, fit.group, count, fit.information)
     return np.asarray(fit.residual - np.einsum("rip,rp->ri", fit.rows, shift[fit.group]))
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from elastocal.arrays import Array, BoolArray, IntArray, frozen, unset
 from elastocal.fitting.bounds import tangent
-from elastocal.fitting.influence import Influence, influence, influence_on, reordered
+from elastocal.fitting.influence import Influence, influence, influence_on, reordered, shifts
 from elastocal.identification.problem import Problem, Solution, free_rows
 from elastocal.identification.shared_errors import connected
 from elastocal.identification.uncertainty import over_noise
@@ -122,7 +122,7 @@ class _InGroups:
             shift = np.zeros_like(shift)
             if moving.shape[1]:
                 part = moving.T @ self.information @ moving
-                shift = influence(rows @ moving, residual, each, count, part).shift @ moving.T
+                shift = shifts(rows @ moving, residual, each, count, part) @ moving.T
         moved = np.einsum("rip,rp->ri", self.free, np.nan_to_num(shift)[group])
         expected = unset()
         if problem.make.size or problem.columns.size or problem.shared is not None:
