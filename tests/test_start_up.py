@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from elastocal.cli import FAMILIES, app
+from tests.campaigns import FIRST_STEP
 from tests.test_examples import ROOT
 
 STUDY = str(ROOT / "examples" / "kr270" / "study.yaml")
@@ -60,6 +61,23 @@ def test_a_study_loads_what_it_names(arguments: list[str], until: str, tmp_path:
     readers = ("measurements.table", "models.model_file", "plans.proposal_file", "paths.path_file")
     assert not found & {f"elastocal.files.{reader}" for reader in readers}
     assert not found & {"elastocal.robot.sources.urdf", "elastocal.viewer", "elastocal.report"}
+
+
+def test_identify_loads_no_planning_and_no_scipy(tmp_path: Path) -> None:
+    """Both take longer to load than a campaign to fit."""
+    study = tmp_path / "study.yaml"
+    study.write_text(f"{FIRST_STEP}nuisance: typical\n", encoding="utf-8")
+    names = ["J1 [deg]", "J2 [deg]", "J3 [deg]", "Fx [N]", "Fy [N]", "Fz [N]", "dx [mm]"]
+    rows = [
+        f"{10 * i},{40 - 5 * i},{20 * i - 70},0,0,-1000,{0.1 * i},0,{-1.5 - 0.1 * i}"
+        for i in range(9)
+    ]
+    table = "\n".join([",".join([*names, "dy [mm]", "dz [mm]"]), *rows])
+    (tmp_path / "m.csv").write_text(table, encoding="utf-8")
+    files = [str(study), str(tmp_path / "m.csv"), "-o", str(tmp_path / "model.json")]
+    found = modules("identify", *files)
+    assert "elastocal.identification.candidates" in found
+    assert not [name for name in found if name.startswith(("scipy", "elastocal.planning"))]
 
 
 def test_a_command_loads_its_own_family_alone() -> None:

@@ -23,11 +23,8 @@ def largest_likely(weight: Array, share: float = 0.95, dof: float = np.inf) -> f
 
     Source: Π (1 + 2 w s)^-½ / s is the Laplace transform of the distribution, and all that is
         singular of it is on the negative axis: inverted along Talbot's contour (Abate & Valkó
-        2004). No weights of the same sum have a larger quantile than a single one (Székely &
-        Bakirov 2003).
+        2004).
     """
-    from scipy.special import chdtri, ndtri
-
     total = float(np.maximum(weight, 0.0).sum())
     if not (0.0 < total < np.inf):
         return total
@@ -35,11 +32,13 @@ def largest_likely(weight: Array, share: float = 0.95, dof: float = np.inf) -> f
     variance: Array = np.ones(1)
     counts: Array = np.ones(1)
     if np.isfinite(dof):
+        from scipy.special import chdtri
+
         place, width = np.polynomial.legendre.leggauss(_SHARES)
         variance = np.asarray(chdtri(dof, 0.5 - 0.5 * place) / dof, dtype=np.float64)
         counts = np.asarray(0.5 * width, dtype=np.float64)
-    low, high = 0.0, float(ndtri(0.5 + 0.5 * share)) ** 2
-    while np.isfinite(dof) and counts @ _below(weight, high * variance) < share:
+    low, high = 0.0, 1.0
+    while counts @ _below(weight, high * variance) < share:
         low, high = high, 2.0 * high
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)

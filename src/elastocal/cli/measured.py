@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Container
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,14 +15,15 @@ from elastocal.errors import InputError
 from elastocal.files.measurements.measurement_file import read_measurements
 from elastocal.files.measurements.recognised import has_readings
 from elastocal.files.models.model_file import readings_in
-from elastocal.files.plans.proposal_file import Proposal
 from elastocal.identification.impossible import refuse_impossible_readings
 from elastocal.measuring.measurements import Measurements
-from elastocal.planning.as_measured import Measured
-from elastocal.planning.remaining import done
-from elastocal.study.before import Done
 from elastocal.study.known import Known
 from elastocal.study.study import Study
+
+if TYPE_CHECKING:  # of plans, which most commands do not read
+    from elastocal.files.plans.proposal_file import Proposal
+    from elastocal.planning.as_measured import Measured
+    from elastocal.study.before import Done
 
 
 def readings(
@@ -69,6 +71,8 @@ def measured_among(paths: list[Path], mapping: Path | None) -> list[Path]:
 
 def as_proposal(paths: list[Path], done: Measured, taken: Container[str]) -> Proposal:
     """A campaign that was measured as a plan that claims nothing, by the names of its files."""
+    from elastocal.files.plans.proposal_file import Proposal
+
     name = ", ".join(path.name for path in paths)
     name = ", ".join(map(str, paths)) if name in taken else name
     return Proposal(name, done.cases, done.repeats)
@@ -91,6 +95,8 @@ def recomputed(before: Done, study: Study, plan: Path) -> bool:
     Raises:
         InputError: they are, and tell something else.
     """
+    from elastocal.planning.remaining import done
+
     names, _, mapping = before.source.partition(" through ")
     for folder in (Path(), plan.parent):
         files = [folder / name for name in names.split(", ")]

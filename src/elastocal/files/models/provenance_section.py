@@ -7,8 +7,7 @@ from typing import Any
 
 from elastocal.files.models.model_file import model_sections, readings_in
 from elastocal.files.models.reading_marks import reading_marks
-from elastocal.files.plans.plan_file import study_hash
-from elastocal.files.texts import file_hash
+from elastocal.files.texts import file_hash, text_hash
 from elastocal.measuring.measurements import Measurements
 from elastocal.study.known import Known
 from elastocal.study.study import Study
@@ -25,7 +24,7 @@ def provenance_section(study: Study, data: Measurements, prior: Path | None) -> 
         *(study.known.readings if study.known else ()),
     }
     return {
-        "study": {"name": study.name, "sha256": study_hash(study)},
+        "study": {"name": study.name, "sha256": text_hash(study.text)},
         "measurements": {"name": data.source, "sha256": data.sha256},
         "models": _models(prior, study.known),
         "readings": sorted({*data.readings, *before}),
