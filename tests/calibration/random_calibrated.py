@@ -42,9 +42,11 @@ def calibrated_of(
     rng: np.random.Generator, model: ArmModel, state: State, positions: Positions
 ) -> CalibratedRobot:
     """With a covariance by chance, parts of it all but singular."""
-    parameters = replace(parameters_of(model, positions), rows=np.zeros((0, 0)))
+    held = ("tool",) if rng.integers(2) else ()
+    parameters = replace(parameters_of(model, positions, held=held), rows=np.zeros((0, 0)))
     u = len(parameters)
     root = rng.normal(size=(u, u)) * 10.0 ** rng.uniform(-6.0, -4.0, u)[:, None]
+    root[parameters.held] = 0.0
     open_ = np.zeros((2, u))
     open_[:, [3, u - 1]] = [[1.0, -0.5], [0.25, 1.0]]
     return CalibratedRobot(
@@ -52,7 +54,7 @@ def calibrated_of(
         state=state,
         parameters=parameters,
         covariance=root @ root.T,
-        seen=rng.integers(0, 2, u).astype(bool),
+        seen=rng.integers(0, 2, u).astype(bool) & ~parameters.held,
         open=open_,
         told=u - 2,
         dof=123.0,

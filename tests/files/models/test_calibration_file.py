@@ -59,6 +59,7 @@ def test_read_again_it_predicts_the_same(
     assert found.parameters.names == calibrated.parameters.names
     assert found.parameters.block == calibrated.parameters.block
     assert found.parameters.turns == calibrated.parameters.turns
+    assert np.array_equal(found.parameters.held, calibrated.parameters.held)
     assert (found.told, found.dof, found.origin) == (
         calibrated.told,
         calibrated.dof,
@@ -101,7 +102,18 @@ def test_what_is_no_calibration(tmp_path: Path) -> None:
 
 
 ODD = (None, "x", "2", 1, 1e29, True, [], {})
-FREE = ("made_by", "source", "provenance", "dof", "noise", "fit", "told", "open", "rests_on_prior")
+FREE = (
+    "made_by",
+    "source",
+    "provenance",
+    "dof",
+    "noise",
+    "fit",
+    "told",
+    "open",
+    "rests_on_prior",
+    "held",
+)
 """What may be otherwise without another prediction."""
 
 

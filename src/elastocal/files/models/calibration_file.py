@@ -110,7 +110,7 @@ def _robot_of(file: CalibrationFile, robot: Robot) -> CalibratedRobot:
         state=state,
         parameters=parameters,
         covariance=covariance,
-        seen=_seen(file.rests_on_prior, parameters.names),
+        seen=~_among("rests_on_prior", file.rests_on_prior, parameters.names) & ~parameters.held,
         open=_open(file.open, parameters.names),
         told=file.told,
         dof=np.inf if file.dof is None else file.dof,
@@ -309,6 +309,7 @@ def _parameters(file: CalibrationFile, model: ArmModel, targets: IntArray) -> Pa
         len(model.errors),
         len(model.compliances),
         hung,
+        held=_among("held", file.held, names),
     )
     own = (*model.errors.names, *model.compliances.names)
     first = found.arm
@@ -349,11 +350,12 @@ def _covariance(file: CalibrationFile, parameters: Parameters) -> Array:
     return np.asarray(0.5 * (matrix + matrix.T))
 
 
-def _seen(resting: list[str], names: tuple[str, ...]) -> BoolArray:
-    for i, name in enumerate(resting):
+def _among(key: str, chosen: list[str], names: tuple[str, ...]) -> BoolArray:
+    """(U,) which unknowns a list names."""
+    for i, name in enumerate(chosen):
         if name not in names:
-            raise LocatedError(("rests_on_prior", i), f"there is no unknown {name!r}")
-    return np.array([name not in resting for name in names], dtype=bool)
+            raise LocatedError((key, i), f"there is no unknown {name!r}")
+    return np.array([name in chosen for name in names], dtype=bool)
 
 
 def _open(file: list[dict[str, float]], names: tuple[str, ...]) -> Array:

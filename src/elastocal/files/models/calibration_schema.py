@@ -151,6 +151,7 @@ class CalibrationFile(Section):
     springs: dict[Name, SpringFile] = fresh(dict)
     payloads: dict[Name, FoundPayloadFile] = fresh(dict)
     covariance: CovarianceFile
+    held: list[Name] = fresh(list)
     rests_on_prior: list[Name]
     open: list[dict[Name, Finite]] = fresh(list)
     told: Natural

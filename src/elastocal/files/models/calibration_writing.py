@@ -60,11 +60,12 @@ def calibration_document(calibrated: CalibratedRobot) -> dict[str, Any]:
         document["springs"] = springs_section(robot, compliances.springs)
     if model.payloads:
         document["payloads"] = _payloads(calibrated)
-    names = calibrated.parameters.names
-    resting = [name for name, seen in zip(names, calibrated.seen.tolist(), strict=True) if not seen]
+    names, held = calibrated.parameters.names, calibrated.parameters.held
+    resting = ~calibrated.seen & ~held
     return document | {
         "covariance": {"order": list(names), "matrix": [listed(r) for r in calibrated.covariance]},
-        "rests_on_prior": resting,
+        "held": [names[i] for i in np.flatnonzero(held)],
+        "rests_on_prior": [names[i] for i in np.flatnonzero(resting)],
         "open": [_combination(row, names) for row in calibrated.open],
         "told": calibrated.told,
         "dof": float(calibrated.dof) if np.isfinite(calibrated.dof) else None,
