@@ -63,7 +63,7 @@ def parse_xml(data: bytes, where: str, *, texts: bool = False) -> Node:
         InputError: not well-formed, with a document type, nested too deeply or too long.
     """
     builder = _Builder(where)
-    text = _decoded(data, where)
+    text = decoded(data, where)
     parser = expat.ParserCreate("utf-8")
     parser.buffer_text = True
     parser.StartElementHandler = lambda tag, found: builder.start(
@@ -87,8 +87,13 @@ def parse_xml(data: bytes, where: str, *, texts: bool = False) -> Node:
     return builder.root
 
 
-def _decoded(data: bytes, where: str) -> str:
+def decoded(data: bytes, where: str) -> str:
     """The text of `data`: by its byte order mark, else as it declares, else UTF-8.
+
+    What declares the encoding is blanked. `where` names the file in messages.
+
+    Raises:
+        InputError: it is not in that encoding, or the encoding is not known.
 
     Source: Extensible Markup Language (XML) 1.0, appendix F.
     """

@@ -1,0 +1,1 @@
+"""Ways to hand a robot on: as a table of Denavit and Hartenberg, as a URDF."""
