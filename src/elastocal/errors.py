@@ -116,6 +116,8 @@ Code = Literal[
     "columns-not-used",
     "rotation-unit",
     "rotation-sign",
+    "unlike-arm",
+    "readings-turned",
     # of a study
     "small-tool",
     "large-tool",

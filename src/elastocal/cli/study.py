@@ -22,6 +22,7 @@ from elastocal.errors import InputError
 
 if TYPE_CHECKING:
     from elastocal.measuring.measurements import Measurements
+    from elastocal.measuring.placement import Placement
     from elastocal.planning.study_check import Checkup
     from elastocal.study.study import Study
 
@@ -161,6 +162,7 @@ def _show_measurements(data: Measurements, study: Study, as_json: bool) -> None:
                 "own_uncertainty": data.own_uncertainty,
                 "largest_deflection_mm": 1e3 * float(size[~data.rotations].max(initial=0.0)),
                 **(turned if data.tool.rotation else {}),
+                "unloaded_markers": None if data.placement is None else _beside_arm(data.placement),
                 "sha256": data.sha256,
                 "remarks": [*data.remarks, *map(worded, data.doubts)],
                 "doubts": doubt_entries(data.doubts),
@@ -170,6 +172,20 @@ def _show_measurements(data: Measurements, study: Study, as_json: bool) -> None:
     from elastocal.terminal.measurements import show_measurements
 
     show_measurements(data, study.robot)
+
+
+def _beside_arm(found: Placement) -> dict[str, float | int | bool]:
+    """How far unloaded markers are from where joints and tool put them."""
+    import numpy as np
+
+    return {
+        "rms_mm": 1e3 * found.rms,
+        "without_fit_mm": 1e3 * found.apart,
+        "turned_by_deg": float(np.degrees(found.turn)),
+        "turn_error_deg": float(np.degrees(found.turn_error)),
+        "readings": found.count,
+        "by_best_fit": found.chosen,
+    }
 
 
 def _draw(study: Study, path: Path) -> None:

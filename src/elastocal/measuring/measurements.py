@@ -14,6 +14,7 @@ import numpy as np
 from elastocal.arrays import Array, BoolArray, IntArray, freeze, frozen, unset
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import Doubt, InputError
+from elastocal.measuring.placement import Placement
 from elastocal.robot.chain import Tool
 
 JOINT_SCATTER = np.radians(0.02)  # rad, or 0.02/57 m
@@ -59,6 +60,7 @@ class Measurements:
             left out; what is in one of them is known by what was fitted to it.
         remarks: Sentences of the reader on what it made of the file.
         doubts: What looks odd in them.
+        placement: How unloaded markers fit to the arm; None if their positions are not known.
         common: (R, 3, e) what a unit of each of e errors moves that the readings of one experiment
             share, in `covariance` already [m, rad]; none if not given.
         unloaded_of: (R,) number of the unloaded reading that was taken off each; none if each has
@@ -80,6 +82,7 @@ class Measurements:
     doubts: tuple[Doubt, ...] = ()
     unloaded_of: IntArray = field(default_factory=lambda: frozen([], np.int64))
     common: Array = field(default_factory=unset)
+    placement: Placement | None = None
 
     def __post_init__(self) -> None:
         freeze(self, "case", "marker", dtype=np.int64)

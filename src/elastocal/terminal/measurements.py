@@ -11,6 +11,7 @@ from elastocal.measuring.measurements import Measurements
 from elastocal.robot.chain import Robot
 from elastocal.terminal.console import numbers, out, whole
 from elastocal.wording import ended, worded
+from elastocal.wording.placements import distance
 
 _SHOWN = 12
 
@@ -31,6 +32,9 @@ def show_measurements(found: Measurements, robot: Robot) -> None:
         for noise in [1e3 * found.deviation[kind.readings]]
     )
     out.print(f"Noise {whence}: {ranges}, standard deviation of one coordinate")
+    if (at := found.placement) is not None:
+        said = distance(at.rms, at.apart, chosen=at.chosen)
+        out.print(Text(ended(said[0].upper() + said[1:])))
     table = Table(box=box.SIMPLE_HEAD)
     sizes = ["deflection mm" if kind.unit == "m" else "rotation mrad" for kind in found.quantities]
     for column in ("experiment", *robot.joint_names, "force N", "torque N·m", *sizes):

@@ -27,6 +27,8 @@ from elastocal.files.measurements.columns import (
 )
 from elastocal.files.measurements.experiments import grouped
 from elastocal.files.measurements.gathered import OpenFiles, opened, rows_of, used_alone
+from elastocal.files.measurements.placed import placed
+from elastocal.files.measurements.pose_rows import told_apart
 from elastocal.files.measurements.readings import Readings, deflections, differences, markers
 from elastocal.files.measurements.selection import chosen_word, usable
 from elastocal.files.measurements.suspicious import doubts, unused
@@ -81,6 +83,7 @@ def read_measurements(
         remarks=(*files.remarks, *left, *found.remarks),
         doubts=(
             *unused(files.free, turned, chosen=files.mapping is not None),
+            *found.doubts,
             *doubts(found, study, files.units(), shown.cases.q),
         ),
     )
@@ -111,8 +114,6 @@ def _check_columns(files: OpenFiles, study: Study) -> None:
             f"{files.mapping.path}: {key!r} is for studies of absolute readings, but this one is "
             "of deflections"
         )
-    if files.mapping is not None and files.mapping.best_fit:
-        raise MeasurementFileError(f"{files.mapping.path}: frame: best-fit is not there yet")
     for twice, why in (
         ((MASS, *FORCES), "a hanging mass and a force exclude each other"),
         (
@@ -150,6 +151,7 @@ def _measurements(table: Table, study: Study, files: OpenFiles) -> Measurements:
     """Measurements without their source."""
     mapping = files.mapping
     tool = study.experiments.tool
+    table = told_apart(table, ("series", "station"))
     keep = usable(table)
     left_out = kept(table, ~keep)
     table = kept(table, keep) if not keep.all() else table
@@ -173,32 +175,42 @@ def _measurements(table: Table, study: Study, files: OpenFiles) -> Measurements:
             f"{left_out.rows} row{'s' if left_out.rows > 1 else ''} marked as invalid or deleted "
             "left out"
         )
-    turn = mapping.rotation if mapping and mapping.rotation is not None else np.eye(3)
-    covariance, common = _covariance(study, grouping.cases, readings, turn)
+    there = placed(table, readings, grouping, study, mapping)
+    turns = there.turns[there.station] if len(there.turns) > 1 else there.turns
+    covariance, common = _covariance(study, grouping.cases, readings, turns)
     return Measurements(
         tool,
         grouping.cases,
         grouping.names,
         readings.case,
         readings.marker,
-        readings.deflection @ turn.T,
+        _turned(readings.deflection, turns),
         covariance,
         own_uncertainty=readings.six is not None,
-        remarks=(*said, *readings.remarks),
+        remarks=(*said, *readings.remarks, *there.remarks),
+        doubts=there.doubts,
+        placement=there.placement,
         unloaded_of=readings.unloaded,
         common=common,
     )
 
 
+def _turned(vectors: Array, turns: Array) -> Array:
+    """(R, 3) vectors (R, 3) by one rotation (1, 3, 3) or by those of each (R, 3, 3)."""
+    if len(turns) == 1:
+        return np.asarray(vectors @ turns[0].T)
+    return np.asarray(np.einsum("rij,rj->ri", turns, vectors))
+
+
 def _covariance(
-    study: Study, cases: LoadCases, readings: Readings, turn: Array
+    study: Study, cases: LoadCases, readings: Readings, turns: Array
 ) -> tuple[Array, Array]:
     """(R, 3, 3) covariances in the base frame: of the readings, or of the instrument for others.
 
     And (R, 3, e) what readings of one experiment share, where the instrument says; it is in both.
     """
     if readings.six is not None:
-        own = turn @ matrices(readings.six) @ turn.T
+        own = turns @ matrices(readings.six) @ turns.transpose(0, 2, 1)
         given = np.isfinite(readings.six).all(axis=1)
         if given.all():
             return np.asarray(own), unset()

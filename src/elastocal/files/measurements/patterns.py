@@ -134,7 +134,7 @@ def split(cells: Cells, key: str, pattern: Pattern) -> Cells:
         for word, list_ in found.items():
             list_.append((groups.get(word) or "").strip())
     words = {name: numbers for name, numbers in cells.words.items() if name != key}
-    headers = dict(cells.headers)
+    headers = {name: header for name, header in cells.headers.items() if name != key}
     for word, names in found.items():
         known: dict[str, int] = {}
         codes = np.array([known.setdefault(name, len(known)) for name in names], dtype=np.int64)

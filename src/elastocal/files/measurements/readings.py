@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from elastocal.arrays import Array, BoolArray, IntArray
+from elastocal.arrays import Array, BoolArray, IntArray, unset
 from elastocal.errors import MeasurementFileError
 from elastocal.files.measurements.columns import AXES, POSITION, ROTATION, Triple
 from elastocal.files.measurements.experiments import Grouping
@@ -30,6 +30,9 @@ class Readings:
         weight: (R,) variance over that of one loaded minus one unloaded reading.
         remarks: What is odd.
         unloaded: (R,) number of the unloaded reading behind each; empty if none is shared.
+        unloaded_at: (R, 3) where the marker was read without load [m], frame of the file; none if
+            deflections alone are known.
+        row: (R,) row in which each stands first, beside `unloaded_at`.
     """
 
     case: IntArray
@@ -39,6 +42,8 @@ class Readings:
     weight: Array
     remarks: tuple[str, ...] = ()
     unloaded: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    unloaded_at: Array = field(default_factory=unset)
+    row: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
 
 def markers(table: Table, tool: Tool) -> IntArray:
@@ -239,6 +244,8 @@ def differences(
         weight[good],
         tuple(remarks),
         behind[good] if len(behind) else behind,
+        off[good],
+        first[good],
     )
 
 
