@@ -14,7 +14,6 @@ import numpy as np
 from elastocal.arrays import Array
 from elastocal.elastic.deflections import rotations
 from elastocal.elastic.equilibrium import LOST, Linearisation, linearise, unbent
-from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import regressor
 from elastocal.errors import InputError
 from elastocal.fitting.least_squares import LinearFit, fits
@@ -69,9 +68,10 @@ class _Linear:
         arm, cases = problem.arm, problem.cases
         self.shrink = problem.shrink or 1.0
         self.gradient = np.empty((len(cases), 3 * len(arm.tool.targets), len(arm.springs)))
-        for s in (slice(i, i + _CHUNK) for i in range(0, len(cases), _CHUNK)):
-            part = regressor(arm, LoadCases(cases.q[s], cases.wrench[s]))
-            np.multiply(part, self.shrink, out=self.gradient[s])
+        for i in range(0, len(cases), _CHUNK):
+            some = np.arange(i, min(i + _CHUNK, len(cases)))
+            part = regressor(arm, cases.chosen(some))
+            np.multiply(part, self.shrink, out=self.gradient[i : i + _CHUNK])
 
     def at(self, compliance: Array) -> tuple[Array, Array]:
         """(C, N, 3T) deflections and (1, N, 3T, c) gradients for compliances (C, c).

@@ -47,7 +47,7 @@ def as_measured(measurements: Measurements, robot: Robot) -> Measured:
         left = left[~alike]
     first = np.array([group[0] for group in groups], dtype=np.int64)
     return Measured(
-        LoadCases(cases.q[first], cases.wrench[first]),
+        cases.chosen(first),
         np.array([len(group) for group in groups]),
         tuple(tuple(measurements.names[i] for i in group) for group in groups),
     )
@@ -55,13 +55,14 @@ def as_measured(measurements: Measurements, robot: Robot) -> Measured:
 
 def _alike(cases: LoadCases, places: IntArray, turns: BoolArray) -> BoolArray:
     """Which of the load cases at `places` are the first of them, whole turns of joints aside."""
-    q, wrench = cases.q[places], cases.wrench[places]
+    q = cases.q[places]
     apart = q - q[0]
     apart -= 2.0 * np.pi * turns * np.round(apart / (2.0 * np.pi))
     alike = (np.abs(apart) <= JOINT_SCATTER).all(axis=1)
-    for side in (slice(0, 3), slice(3, 6)):
-        differ = np.linalg.norm(wrench[:, side] - wrench[0, side], axis=1)
-        alike &= differ <= FORCE_SCATTER * np.linalg.norm(wrench[0, side])
+    for load in (cases.wrench[places], cases.first[places]):
+        for side in (slice(0, 3), slice(3, 6)):
+            differ = np.linalg.norm(load[:, side] - load[0, side], axis=1)
+            alike &= differ <= FORCE_SCATTER * np.linalg.norm(load[0, side])
     return np.asarray(alike)
 
 

@@ -9,17 +9,21 @@ import numpy as np
 import pytest
 
 from elastocal.arrays import Array
+from elastocal.cli.inputs import identified_cases
 from elastocal.elastic.case_errors import CaseErrors, own_covariance
 from elastocal.elastic.deflections import loaded_deflection
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import regressor
 from elastocal.errors import InputError, MeasurementFileError
 from elastocal.files.measurements.measurement_file import read_measurements, write_measurements
+from elastocal.files.models.identification_file import write_identification
 from elastocal.files.study.study_file import parse_study
 from elastocal.identification.fit import Fit
 from elastocal.identification.identify import identify
 from elastocal.identification.validation import validate
 from elastocal.measuring.measurements import Measurements, chosen
+from elastocal.planning.as_measured import as_measured
+from elastocal.planning.remaining import done
 from elastocal.study.study import Study
 from tests.campaigns import FREE_FORCES, NAMES, TRUTH, arm, hung
 
@@ -126,3 +130,32 @@ def test_fits_of_preloaded_arms_left_out(study: Study, tmp_path: Path) -> None:
     others = identify(study.arm, chosen(data, ~out))
     shift = others.compliance - whole.compliance
     np.testing.assert_allclose(whole.influence.shift[3], shift, atol=1e-12)
+
+
+def test_they_are_judged_and_known_later_with_their_first_load(
+    study: Study, tmp_path: Path
+) -> None:
+    """As a plan, in the file of a model, and as what was done before a plan."""
+    cases, _ = written(study, tmp_path / "two.csv")
+    data = read_measurements(tmp_path / "two.csv", study)
+    judged = as_measured(data, study.robot)
+    np.testing.assert_allclose(judged.cases.before, cases.before, atol=1e-8)
+    other = LoadCases(cases.q[[0, 0, 0]], cases.wrench[[0, 0, 0]], cases.before[[0, 1, 0]])
+    apart = replace(
+        data,
+        cases=other,
+        names=("a", "b", "c"),
+        case=np.arange(3),
+        **{key: getattr(data, key)[:3] for key in ("marker", "deflection", "covariance")},
+        unloaded_of=np.arange(3),
+    )
+    assert as_measured(apart, study.robot).repeats.tolist() == [2, 1]
+    before = done(study, apart)
+    assert before.repeats.tolist() == [2, 1]
+    np.testing.assert_allclose(before.cases.before, cases.before[:2], atol=1e-8)
+    model = tmp_path / "model.json"
+    write_identification(study, identify(study.arm, data), model)
+    known = identified_cases(model, study.robot)
+    assert known is not None
+    order = np.lexsort(known.q.T)
+    np.testing.assert_allclose(known.before[order], cases.before[np.lexsort(cases.q.T)], atol=1e-8)

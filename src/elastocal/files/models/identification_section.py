@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from elastocal.elastic.load_cases import LoadCases
 from elastocal.files.doubt_entries import doubt_entries
 from elastocal.files.plans.load_case_entries import load_case_entries
 from elastocal.identification.doubts import doubts
@@ -137,7 +136,7 @@ def _load_cases(found: Identification) -> list[dict[str, Any]]:
     first = np.unique(found.configuration, return_index=True)[1]
     if len(first) > _MOST_CASES:
         return []
-    return list(load_case_entries(found.arm.robot, LoadCases(cases.q[first], cases.wrench[first])))
+    return list(load_case_entries(found.arm.robot, cases.chosen(first)))
 
 
 _MOST_CASES = 1000

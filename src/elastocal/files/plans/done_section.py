@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen, unset
-from elastocal.elastic.load_cases import LoadCases, ranks_of_rows
+from elastocal.elastic.load_cases import ranks_of_rows
 from elastocal.errors import PlanFileError
 from elastocal.files.plans.load_case_entries import (
     Finite,
@@ -15,7 +15,6 @@ from elastocal.files.plans.load_case_entries import (
     load_case_entries,
     read_load_cases,
     section_at,
-    three,
 )
 from elastocal.files.sections import NOTHING, Before, PartSection, fresh
 from elastocal.files.values import Natural
@@ -51,8 +50,6 @@ class ReadingsFile(PartSection):
 
     repeats: Natural | None = None
     precision: Natural | None = None
-    preload_N: Annotated[list[float], Before(three)] = fresh(lambda: [0.0, 0.0, 0.0])
-    preload_Nm: Annotated[list[float], Before(three)] = fresh(lambda: [0.0, 0.0, 0.0])
 
 
 class DoneFile(PartSection):
@@ -75,8 +72,6 @@ def done_section(robot: Robot, done: Done) -> dict[str, Any]:
         kinds = done.precision[first].tolist()
         for entry, times, own in zip(entries, done.repeats.tolist(), kind.tolist(), strict=True):
             entry["repeats"], entry["precision"] = times, own
-    for entry, load in zip(entries, done.cases.before.tolist(), strict=False):
-        entry["preload_N"], entry["preload_Nm"] = load[:3], load[3:]
     return {
         "measurements": done.source,
         "sha256": done.sha256,
@@ -100,7 +95,6 @@ def read_done(entry: Any, robot: Robot, where: str) -> Done:
         section_at(ReadingsFile, one, f"{there}, load case {i + 1}")
         for i, one in enumerate(section.configurations)
     ]
-    loads = np.array([one.preload_N + one.preload_Nm for one in given])
     repeats, precision = _readings(given, section.precisions_per_m2, where)
     if len(repeats) and int(repeats.sum()) != section.experiments:
         raise PlanFileError(
@@ -111,7 +105,7 @@ def read_done(entry: Any, robot: Robot, where: str) -> Done:
         source=section.measurements,
         sha256=section.sha256,
         experiments=int(section.experiments),
-        cases=LoadCases(cases.q, cases.wrench, loads if loads.any() else unset()),
+        cases=cases,
         information=frozen(np.array(section.information_N2m2)),
         repeats=repeats,
         precision=precision,

@@ -9,7 +9,7 @@ from typing import Annotated, Any, TypeVar
 
 import numpy as np
 
-from elastocal.arrays import Array
+from elastocal.arrays import Array, unset
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InputError, PlanFileError
 from elastocal.files.sections import (
@@ -35,8 +35,7 @@ def finite(value: Any, largest: float = LARGEST) -> float:
     return float(value)
 
 
-def three(value: Any) -> list[float]:
-    """Three numbers; other values raise what is said behind the name of their key."""
+def _three(value: Any) -> list[float]:
     if not isinstance(value, list) or len(value) != 3:
         raise ValueError(f": expected three numbers [x, y, z], found {value!r}")
     return [finite(entry) for entry in value]
@@ -51,7 +50,7 @@ def _by_name(value: Any) -> dict[str, Any]:
 Finite = Annotated[float, Before(lambda value: finite(value))]
 _Degrees = Annotated[Finite, After(math.radians)]
 _Millimetres = Annotated[Finite, After(lambda value: value / 1e3)]
-_Three = Annotated[list[float], Before(three)]
+_Three = Annotated[list[float], Before(_three)]
 
 
 class ConfigurationFile(PartSection):
@@ -62,10 +61,12 @@ class ConfigurationFile(PartSection):
 
 
 class WrenchFile(PartSection):
-    """The load of a load case."""
+    """The load of a load case, and what acted before it already."""
 
     force_N: _Three = NOTHING
     torque_Nm: _Three = fresh(lambda: [0.0, 0.0, 0.0])
+    preload_N: _Three = fresh(lambda: [0.0, 0.0, 0.0])
+    preload_Nm: _Three = fresh(lambda: [0.0, 0.0, 0.0])
 
 
 _Section = TypeVar("_Section", bound=Section)
@@ -89,8 +90,11 @@ def section_at(model: type[_Section], entry: Any, where: str) -> _Section:
 
 def load_case_entries(robot: Robot, cases: LoadCases) -> Iterator[dict[str, Any]]:
     """One entry for each load case."""
-    for entry, wrench in zip(_configurations(robot, cases.q), cases.wrench.tolist(), strict=True):
+    loads = zip(cases.wrench.tolist(), cases.first.tolist(), strict=True)
+    for entry, (wrench, before) in zip(_configurations(robot, cases.q), loads, strict=True):
         entry["force_N"], entry["torque_Nm"] = wrench[:3], wrench[3:]
+        if cases.preloaded:
+            entry["preload_N"], entry["preload_Nm"] = before[:3], before[3:]
         yield entry
 
 
@@ -140,13 +144,14 @@ def read_load_cases(entries: Any, robot: Robot, where: str) -> LoadCases:
     if not isinstance(entries, list) or not entries:
         raise PlanFileError(f"{where} must be a list with at least one load case")
     q = np.zeros((len(entries), len(robot.joints)))
-    wrench = np.zeros((len(entries), 6))
+    wrench, before = np.zeros((2, len(entries), 6))
     for i, entry in enumerate(entries):
         here = f"{where}, load case {i + 1}"
         q[i] = configuration_at(section_at(ConfigurationFile, entry, here), robot, here)
         load = section_at(WrenchFile, entry, here)
         wrench[i] = load.force_N + load.torque_Nm
-    return LoadCases(q, wrench)
+        before[i] = load.preload_N + load.preload_Nm
+    return LoadCases(q, wrench, before if before.any() else unset())
 
 
 def configuration_at(section: ConfigurationFile, robot: Robot, where: str) -> Array:
