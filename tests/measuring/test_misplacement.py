@@ -14,7 +14,7 @@ from elastocal.robot.sources import load
 def test_two_frames_from_sums_are_those_of_two_fits() -> None:
     rng = np.random.default_rng(0)
     when = np.repeat(np.arange(10), 3)
-    points, nominal = rng.normal(size=(2, 30, 3)) + [100.0, -50.0, 3.0]
+    points, nominal = rng.normal(size=(2, 30, 3)) + np.array([100.0, -50.0, 3.0])
     nominal[:15] *= -1.0  # some fits would be reflections
     found = _two_frames(points, nominal, when)
     for split in range(4, 7):

@@ -10,12 +10,10 @@ import numpy as np
 from elastocal.arrays import BoolArray, IntArray, frozen
 from elastocal.errors import MeasurementFileError
 from elastocal.files.measurements.cells import Words
-from elastocal.files.measurements.experiments import Grouping
 from elastocal.files.measurements.table import Table
-from elastocal.files.measurements.turns import first_rows
 from elastocal.robot.payloads import Payload
 
-APART = ("series", "mounting", "payload")
+APART = ("series", "mounting", "payload", "state")
 """Words that tell experiments of one name apart."""
 _NOTHING = ("-", "none", "nothing")
 
@@ -85,23 +83,6 @@ def numbered(table: Table, *words: str) -> tuple[IntArray, tuple[str, ...]]:
         return np.zeros(table.rows, dtype=np.int64), ("",)
     used, codes = np.unique(found.codes, return_inverse=True)
     return np.reshape(codes, -1), tuple(found.names[code] for code in used)
-
-
-def of_pose(grouping: Grouping, number: IntArray, table: Table, word: str) -> IntArray:
-    """(N,) number that all rows of each pose have.
-
-    Raises:
-        MeasurementFileError: two rows of a pose have others.
-    """
-    found = number[first_rows(grouping.codes, len(grouping.names))]
-    apart = np.flatnonzero(found[grouping.codes] != number)
-    if len(apart):
-        row = int(apart[0])
-        raise MeasurementFileError(
-            f"{table.where(row, word)}: experiment {grouping.names[grouping.codes[row]]!r} has "
-            f"another {word} here than in its first row; expected one for each experiment"
-        )
-    return found
 
 
 def carried(table: Table, payloads: Sequence[Payload], usual: str) -> IntArray:

@@ -36,7 +36,6 @@ from elastocal.files.measurements.orientations import LENGTH, VECTOR, from_angle
 from elastocal.files.measurements.pose_rows import (
     carried,
     numbered,
-    of_pose,
     on_foot,
     refuse_empty,
     told_apart,
@@ -46,7 +45,7 @@ from elastocal.files.measurements.selection import usable
 from elastocal.files.measurements.suspicious import position_doubts, unused
 from elastocal.files.measurements.table import Table, kept
 from elastocal.files.measurements.times import times
-from elastocal.files.measurements.turns import within_limits
+from elastocal.files.measurements.turns import first_rows, within_limits
 from elastocal.files.measurements.uncertainty import kind_of_uncertainty, matrices, variances
 from elastocal.measuring.positions import FootReadings, Positions
 from elastocal.measuring.single_readings import reading_covariance, turn_covariance
@@ -184,6 +183,7 @@ def _positions(table: Table, study: AbsoluteStudy, files: OpenFiles) -> Position
     station = stations[~still][row]
     case, turn = grouping.codes[row], len(study.tool.markers)
     once, more = _once(arm, case, target, station, value, row, turn)
+    first = first_rows(grouping.codes, len(grouping.names))  # of each pose; `told_apart` by both
     of_arm = np.flatnonzero(~still)[row][once]
     return Positions(
         study.tool,
@@ -195,9 +195,9 @@ def _positions(table: Table, study: AbsoluteStudy, files: OpenFiles) -> Position
         covariance[once],
         station[once],
         station_names,
-        mounting=of_pose(grouping, mounting, arm, "mounting"),
+        mounting=mounting[first],
         mountings=mountings,
-        payload=of_pose(grouping, carried(arm, study.payloads, study.payload), arm, "payload"),
+        payload=carried(arm, study.payloads, study.payload)[first],
         payloads=tuple(payload.name for payload in study.payloads),
         time=time[of_arm],
         torque=_torques(arm, grouping.codes, study),
@@ -284,21 +284,19 @@ def _once(
     Args: `row` is where each stands, `turn` the target that is an orientation; else as `Positions`.
     """
     keep, said = np.ones(len(row), dtype=bool), list[str]()
-    alike = repeats(value)
-    if not len(alike):
-        return keep, said
-    together = np.column_stack([case, target, station, value])
-    first = np.unique(together, axis=0, return_index=True)[1]
-    keep[:] = False
-    keep[first] = True
+    key = (case * (turn + 1) + target) * (int(station.max(initial=0)) + 1) + station
+    if len(np.unique(key)) < len(key):
+        first = np.unique(np.column_stack([key, value]), axis=0, return_index=True)[1]
+        keep[:] = False
+        keep[first] = True
     copies = np.flatnonzero(~keep)
     if len(copies):
         said.append(
             f"{len(copies)} reading{'s' if len(copies) > 1 else ''} repeated exactly in the same "
             f"experiment, first at {arm.where(int(row[copies[0]]))}; counted once"
         )
-    place = np.setdiff1d(alike, copies)
-    return keep, said + repeated(arm, row[place[target[place] < turn]])
+    again = np.setdiff1d(repeats(value), copies)
+    return keep, said + repeated(arm, row[again[target[again] < turn]])
 
 
 def _torques(arm: Table, codes: IntArray, study: AbsoluteStudy) -> Array:
