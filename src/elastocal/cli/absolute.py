@@ -33,6 +33,7 @@ def calibrate_command(
     loss: str,
     refused: Mapping[str, object],
     *,
+    plan: Path | None = None,
     force: bool,
     as_json: bool,
 ) -> None:
@@ -42,7 +43,7 @@ def calibrate_command(
             raise InputError(f"{option} does not go with absolute readings")
     replaceable(out, "model", force=force)
     study = read_absolute_study(study_file)
-    positions = _read(study, measurements, mapping, quiet=as_json)
+    positions = _read(study, measurements, mapping, plan, quiet=as_json)
     model = arm_model(study)
     weigher = LOSSES[loss]
     found = calibrate(model, positions, unknowns_of(study, model, positions), loss=weigher)
@@ -65,12 +66,13 @@ def check_command(
     mapping: Path | None,
     rows: int | None,
     *,
+    plan: Path | None = None,
     as_json: bool,
 ) -> None:
     """Compare a calibrated robot with readings that it was not made from."""
     study = read_absolute_study(study_file)
     robot = read_calibration(model, study.robot)
-    positions = _read(study, measurements, mapping, quiet=as_json)
+    positions = _read(study, measurements, mapping, plan, quiet=as_json)
     if robot.origin.measurements_sha256 == positions.sha256 and positions.sha256:
         raise InputError(
             f"{model}: was made from these readings; give readings that were kept aside (what "
@@ -95,10 +97,15 @@ def check_command(
 
 
 def _read(
-    study: AbsoluteStudy, measurements: list[Path], mapping: Path | None, *, quiet: bool
+    study: AbsoluteStudy,
+    measurements: list[Path],
+    mapping: Path | None,
+    plan: Path | None,
+    *,
+    quiet: bool,
 ) -> Positions:
     """The readings, with what is odd in them said."""
-    found = read_positions(measurements, study, mapping)
+    found = read_positions(measurements, study, mapping, plan)
     if not quiet:
         for remark in found.remarks:
             print(f"note: {ended(remark)}", file=sys.stderr)

@@ -69,7 +69,15 @@ def identify_command(
 
         refused = {"--prior": prior, "--known": known, "--nonnegative": nonnegative or None}
         calibrate_command(
-            study_file, measurements, mapping, out, loss, refused, force=force, as_json=as_json
+            study_file,
+            measurements,
+            mapping,
+            out,
+            loss,
+            refused,
+            plan=plan,
+            force=force,
+            as_json=as_json,
         )
         return
     from elastocal.cli.inputs import (
@@ -140,7 +148,7 @@ def validate_command(
     if is_absolute(study_file):
         from elastocal.cli.absolute import check_command
 
-        check_command(study_file, model, measurements, mapping, set_up, as_json=as_json)
+        check_command(study_file, model, measurements, mapping, set_up, plan=plan, as_json=as_json)
         return
     if set_up is not None:
         raise InputError("--set-up is for studies of absolute readings; deflections need no base")
