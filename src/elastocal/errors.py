@@ -62,6 +62,7 @@ Code = Literal[
     "position-only",
     "nothing-to-compensate",
     "taken-as-zero",
+    "tcp-not-read",
     # of a corrected path
     "points-lost",
     "points-beyond-limits",

@@ -23,7 +23,7 @@ from elastocal.arrays import Array, BoolArray, IntArray, frozen
 from elastocal.compensation.doubts import doubts, notes
 from elastocal.compensation.loaded_inverse_kinematics import (
     Bent,
-    bent_arm,
+    loaded_arm_at,
     stable,
     task_rows,
     tcp_poses,
@@ -32,7 +32,7 @@ from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.cartesian import limit_left
 from elastocal.elastic.case_errors import CaseErrors, shared_covariance
 from elastocal.elastic.compliance_model import ComplianceModel
-from elastocal.elastic.equilibrium import efforts, equilibrium
+from elastocal.elastic.equilibrium import equilibrium
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import deflection, regressor
 from elastocal.elastic.springs import subset
@@ -40,7 +40,8 @@ from elastocal.errors import Doubt, InputError
 from elastocal.robot.damped_steps import damped_steps
 from elastocal.robot.posture import jacobian
 
-_SAME_PLACE = 1e-9  # how far the re-simulated tool may be from where the search left it [m]
+SAME_PLACE = 1e-9
+"""How far the re-simulated tool may be from where the search left it [m]."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +69,7 @@ class Compensation:
         damped: (N,) whether the arm is nearly singular there, so that some error may remain.
         doubts: What is odd at each of the N points.
         notes: What is odd with all of them.
+        calibrated: Whether a calibrated robot was corrected, its geometry too.
     """
 
     arm: ElasticArm
@@ -87,6 +89,7 @@ class Compensation:
     damped: BoolArray
     doubts: tuple[tuple[Doubt, ...], ...]
     notes: tuple[Doubt, ...]
+    calibrated: bool = False
 
     def __len__(self) -> int:
         return len(self.cases)
@@ -138,17 +141,10 @@ def compensate(
     _refuse_rigid(model)
     idle = _idle(arm, model, cases.q)
     target = tcp_poses(arm, cases.q, idle)
+    start = cases.q.copy()
     own = arm.springs.joint >= 0
-    others = [name for name, is_own in zip(arm.springs.names, own, strict=True) if not is_own]
-    frame = replace(arm, springs=subset(arm.springs, others))
-    bent = cases.q.copy()
-    bent[:, arm.springs.joint[own]] += np.nan_to_num(idle[:, own])
-    found = bent_arm(frame, model.compliance[~own], LoadCases(bent, cases.wrench), target)
-    displacement = np.zeros((len(cases), len(arm.springs)))
-    displacement[:, ~own] = found.displacement
-    effort = efforts(arm, found.bent, cases.wrench, displacement)
-    q = found.bent.copy()
-    q[:, arm.springs.joint[own]] -= (model.compliance * effort)[:, own]
+    start[:, arm.springs.joint[own]] += np.nan_to_num(idle[:, own])
+    q, found = loaded_arm_at(arm, model.compliance, cases, target, start)
     return _judged(arm, model, cases, "nonlinear", q, target, found, errors)
 
 
@@ -244,7 +240,7 @@ def _judged(
     converged = good & found.at_rest
     if rule == "nonlinear":
         # Another equilibrium than the one looked for is no solution.
-        there = np.linalg.norm(np.nan_to_num(after), axis=1) < _SAME_PLACE
+        there = np.linalg.norm(np.nan_to_num(after), axis=1) < SAME_PLACE
         converged &= there | found.damped
     q, after = q.copy(), after.copy()
     q[~converged], after[~converged] = np.nan, np.nan

@@ -1,19 +1,21 @@
-"""Bent arm: the joints of an arm that holds its tool at a target while load bends its links.
+"""Loaded inverse kinematics: the joints of an arm that holds its tool at a target while it bends.
 
-The springs of actuated joints are no matter here: wherever they are bent to, the joints are what
-they are. `compensate.py` takes their displacement off afterwards.
+The springs of actuated joints do not matter to the search: wherever they are bent to, the joints
+are what they are. Their displacement is taken off afterwards.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from elastocal.arrays import Array, BoolArray, IntArray
 from elastocal.elastic.arm import ElasticArm
-from elastocal.elastic.equilibrium import Equilibrium, equilibrium
+from elastocal.elastic.equilibrium import Equilibrium, efforts, equilibrium
 from elastocal.elastic.load_cases import LoadCases
+from elastocal.elastic.springs import subset
 from elastocal.robot.damped_steps import damped_steps
 from elastocal.robot.posture import Posture, jacobian
 from elastocal.robot.rotations import rotation_vectors
@@ -35,6 +37,35 @@ class Bent(NamedTuple):
     damped: BoolArray
     lost: Array
     """(N, 6) unit twist that the joints cannot give to the tool where damped."""
+
+
+def loaded_arm_at(
+    arm: ElasticArm, compliance: Array, cases: LoadCases, target: Array, start: Array
+) -> tuple[Array, Bent]:
+    """Joint values at which the loaded arm has its TCP at targets, exact for any deflection.
+
+    Args:
+        arm: Elastic arm with p springs.
+        compliance: (p,) their compliances.
+        cases: N load cases, of which the wrenches count.
+        target: (N, 4, 4) poses of the TCP, axes of the flange [m].
+        start: (N, n) joints with their springs bent, near those looked for.
+
+    Returns:
+        (N, n) joint values, and where the search for the bent arm ended.
+
+    Source: paper eq. (14); the split into joint springs and others is ours.
+    """
+    own = arm.springs.joint >= 0
+    others = [name for name, is_own in zip(arm.springs.names, own, strict=True) if not is_own]
+    frame = replace(arm, springs=subset(arm.springs, others))
+    found = bent_arm(frame, compliance[~own], LoadCases(start, cases.wrench), target)
+    displacement = np.zeros((len(cases), len(arm.springs)))
+    displacement[:, ~own] = found.displacement
+    effort = efforts(arm, found.bent, cases.wrench, displacement)
+    q = found.bent.copy()
+    q[:, arm.springs.joint[own]] -= (compliance * effort)[:, own]
+    return q, found
 
 
 def bent_arm(frame: ElasticArm, compliance: Array, start: LoadCases, target: Array) -> Bent:

@@ -72,5 +72,10 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         f"{', '.join(doubt.about)}: of no compliance in the model, as held at zero by a fit; what "
         "they bend in truth is in none of these numbers"
     ),
+    "tcp-not-read": lambda _: (
+        "the TCP is none of the reflectors that were read, nor carried by three of them: it is "
+        "where the drawing has it, on a flange that only the priors hold, and ρ0 counts that; read "
+        "three reflectors beside it, or name one with --point"
+    ),
     "nothing-to-compensate": lambda _: "no load acts on the tool: there is nothing to compensate",
 }
