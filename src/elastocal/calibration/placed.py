@@ -49,7 +49,7 @@ class Carried:
 
 
 @dataclass(frozen=True)
-class Placed:
+class PlacedPoint:
     """A point of the tool in N configurations.
 
     Attributes:
@@ -139,7 +139,7 @@ def placed(
     station: int = 0,
     mounting: int = 0,
     payload: int = -1,
-) -> Placed:
+) -> PlacedPoint:
     """Where a point of the tool is in N load cases, with the arm bent and its geometry as it is.
 
     Args:
@@ -198,7 +198,7 @@ def placed(
     rows = base[:3, :3].T @ found.rows
     own = wider.marker(mounting, markers)
     rest = np.delete(rows, own, axis=2)
-    return Placed(point, rest + rows[..., own] @ carried.slope)
+    return PlacedPoint(point, rest + rows[..., own] @ carried.slope)
 
 
 def _cross(v: Array) -> Array:

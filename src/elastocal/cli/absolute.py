@@ -41,7 +41,7 @@ def calibrate_command(
     for option, value in refused.items():
         if value is not None:
             raise InputError(f"{option} does not go with absolute readings")
-    replaceable(out, "model", force=force)
+    replaceable(out, "calibration", force=force)
     study = read_absolute_study(study_file)
     positions = _read(study, measurements, mapping, plan, quiet=as_json)
     model = arm_model(study)
