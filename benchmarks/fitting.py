@@ -6,6 +6,7 @@ Processor seconds of whole processes on one thread, without any extra package, l
 With `--before`, the sources of another version (a folder with `elastocal` in `src`), both are run
 in turn on the same files, and the ratio is given. Three markers on the KR 270; every experiment has
 a configuration of its own, which is the worst case. Writes benchmarks/results/fitting.md.
+`--nuisance` prints the same of fits with `nuisance: typical`, and writes nothing.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from kr270 import RESULTS, machine, one_thread
 EXAMPLE = Path(__file__).parents[1] / "examples" / "kr270"
 SOURCES = Path(__file__).parents[1] / "src"
 READINGS = (100, 1_000, 3_000, 10_000, 100_000, 1_000_000)
+WITH_NUISANCE = (300, 3_000)
 CAMPAIGNS = (2_000, 20_000)
 LARGE = 10_000  # readings from which growth is fitted
 
@@ -94,6 +96,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--before", type=Path, help="folder of another version")
     parser.add_argument("--most", type=int, default=READINGS[-1], help="most readings")
+    parser.add_argument("--nuisance", action="store_true", help="of fits with nuisance, printed")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--out", type=Path, default=RESULTS)
     given = parser.parse_args()
@@ -106,17 +109,21 @@ def main() -> None:
         bare = folder / "bare"
         bare.mkdir()
         (bare / "pyarrow.py").write_text("raise ImportError('an extra package')\n", "utf-8")
-        counts = [count for count in READINGS if count <= given.most]
+        every = WITH_NUISANCE if given.nuisance else READINGS
+        counts = [count for count in every if count <= given.most]
         found = []
         for count in counts:
             experiments = -(-count // 3)
             with ProcessPoolExecutor(1, get_context("spawn")) as apart:
                 # Elsewhere, for a process begins with the largest memory of the one that starts it.
-                file = apart.submit(campaign, folder, experiments).result()
+                made = apart.submit(campaign, folder, experiments, nuisance=given.nuisance)
+                file = made.result()
             command = "identify", "study.yaml", file.name
             rounds = given.rounds if count <= 100_000 else max(1, given.rounds - 1)
             found.append(least(sources, folder, bare, rounds, *command))
             print(f"{count} readings:", *(f"{s.seconds:.2f} s" for s in found[-1]), flush=True)
+        if given.nuisance:
+            return
         lines += ["## `identify`", "", *table("readings", counts, found), ""]
         growth = [
             exponent(counts, [each[i].seconds for each in found]) for i in range(len(sources))

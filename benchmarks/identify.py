@@ -22,21 +22,30 @@ from scipy.optimize import least_squares
 
 import elastocal as ec
 from elastocal.arrays import Array
+from elastocal.simulation.true_robot import true_robot
+from elastocal.simulation.virtual_campaign import Reality
 
 HERE = Path(__file__).parent
 MARKERS = "markers_mm: {M1: [611.5, 0, -460], M2: [200, 300, 100], M3: [200, -300, 100]}"
 
 
-def campaign(folder: Path, experiments: int) -> Path:
-    """A study and a measurement file of three readings for each experiment."""
+def campaign(folder: Path, experiments: int, *, nuisance: bool = False) -> Path:
+    """A study and a measurement file of three readings for each experiment.
+
+    With nuisance the study has the preset, and the robot what that says, by chance.
+    """
     text = (HERE.parent / "examples" / "kr270" / "study.yaml").read_text("utf-8")
     study_path = folder / "study.yaml"
-    study_path.write_text(text.replace("markers_mm: {M1: [611.5, 0, -460]}", MARKERS), "utf-8")
+    text = text.replace("markers_mm: {M1: [611.5, 0, -460]}", MARKERS)
+    study_path.write_text(text + ("\nnuisance: typical\n" if nuisance else ""), "utf-8")
     study = ec.read_study(study_path)
     truth = ec.read_model(HERE.parent / "examples" / "kr270" / "truth.json", study.robot)
     rng = np.random.default_rng(0)
     cases = study.space.load_cases(study.space.sample(experiments, rng))
-    data = ec.simulate(study, truth, cases, np.ones(experiments, dtype=np.int64), rng)
+    robot = true_robot(study, truth, np.random.default_rng(1))
+    reality = Reality(loads=robot.loads, errors=robot.errors)
+    once = np.ones(experiments, dtype=np.int64)
+    data = ec.simulate(study, robot.model, cases, once, rng, reality=reality)
     path = folder / f"{experiments}.csv"
     ec.write_measurements(data, study.robot, path)
     return path
