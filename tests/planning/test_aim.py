@@ -60,6 +60,14 @@ def test_what_is_searched_is_what_is_promised(errors: CaseErrors) -> None:
     assert by_aim(aim_of(study), PLAN, REPEATS) == pytest.approx(expected, rel=1e-8)
 
 
+def test_what_was_read_between_two_loads_has_the_errors_of_both() -> None:
+    study = told(COMMON)
+    twice = ec.LoadCases(PLAN.q, PLAN.wrench, 0.5 * PLAN.wrench)
+    expected = promised(study, twice, REPEATS)
+    assert by_aim(aim_of(study), twice, REPEATS) == pytest.approx(expected, rel=1e-8)
+    assert expected > promised(study, PLAN, REPEATS)
+
+
 def test_without_errors_or_with_another_criterion_plans_are_as_ever() -> None:
     assert is_for_promise(told())
     assert aim_of(told()).promise
