@@ -75,6 +75,8 @@ Code = Literal[
     "unlike-predicted",
     "not-covered",
     # of a calibration from absolute readings
+    "tracker-drifted",
+    "tracker-knocked",
     "hardly-checked",
     "spring-below-zero",
     "not-told",

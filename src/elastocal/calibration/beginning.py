@@ -56,7 +56,7 @@ def begin(
         elif known[m, k] and len(seen) >= FEWEST - 1:
             base[s] = _registered(frames[:, :3, :3] @ markers[m, k] + frames[:, :3, 3], seen)
         else:
-            base[s], markers[m, k] = _alone(frames, seen, positions, s)
+            base[s], markers[m, k] = _alone(frames, seen, markers[m, k], positions, s)
         known_base[s] = known[m, k] = True
     probe = np.tile(np.eye(3), (mountings, 1, 1))
     for m in range(0 if tool_known else mountings):
@@ -80,7 +80,9 @@ def _registered(points: Array, seen: Array) -> Array:
     return T
 
 
-def _alone(frames: Array, seen: Array, positions: Positions, s: int) -> tuple[Array, Array]:
+def _alone(
+    frames: Array, seen: Array, near: Array, positions: Positions, s: int
+) -> tuple[Array, Array]:
     """Base and reflector of one station of which nothing is known."""
     station = f" of station {positions.stations[s]!r}" if len(positions.stations) > 1 else ""
     source = positions.source or "the positions"
@@ -89,7 +91,7 @@ def _alone(frames: Array, seen: Array, positions: Positions, s: int) -> tuple[Ar
             f"{source}: {len(seen)} readings of a reflector{station} are too few to find where "
             f"base and reflector are; expected at least {FEWEST} poses"
         )
-    T, point, left = placed(frames, seen)
+    T, point, left = placed(frames, seen, near)
     spread = float(np.sqrt(((seen - seen.mean(axis=0)) ** 2).sum(axis=1).mean()))
     if left > _ABSURD or left > _SHARE * spread:
         raise InputError(

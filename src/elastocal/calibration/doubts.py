@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from elastocal.calibration.calibrate import Calibration
+from elastocal.calibration.knocks import knocked, likeliest_knocks
 from elastocal.calibration.nested import Ladder
 from elastocal.calibration.parameters import COMPLIANCE, PAYLOAD
 from elastocal.errors import Doubt
 from elastocal.robot.geometry import ANGLES, GROUPS
 
+_BY_CHANCE = 0.01  # of a tracker that stands still, below which it seems to have been knocked
 _FAR = 5.0  # priors that a geometric error is away, beyond which it is no small error
 _MUCH = 2.0  # scatter of the model over that of the instrument that is worth a word
 _FEW = 1.5  # readings' numbers over unknowns that are told, below which hardly any check is left
@@ -23,6 +25,11 @@ def doubts(found: Calibration, grown: Ladder | None = None) -> tuple[Doubt, ...]
         odd.append(
             Doubt("hardly-checked", (), (), {"numbers": numbers, "told": found.redundancy.told})
         )
+    odd += [
+        knocked(found.positions, knock)
+        for knock in likeliest_knocks(found)
+        if knock.p_value < _BY_CHANCE
+    ]
     error = found.standard_error
     for u in p.of(COMPLIANCE):
         at = int(u) - p.arm - p.geometry

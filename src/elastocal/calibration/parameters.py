@@ -20,6 +20,7 @@ GEOMETRY_PRIOR = 2e-3
 Only combinations that readings cannot tell apart rest on it. Source: ours; robots are found to be
 off by some tenths of a millimetre and milliradian, and up to a few by zeros of joints.
 """
+_SOMEWHERE = 1.0  # m from where a reflector is thought to be; holds what a base does as well
 _NOTHING_KNOWN = 1e-3  # rad/(N·m), m/N: a thousand times what joints of arms have
 
 
@@ -181,7 +182,9 @@ def _with_prior(
 ) -> Parameters:
     u, a = len(parameters), parameters.arm
     g, p = parameters.geometry, parameters.compliances
-    rows = np.zeros((g + p + 4 * len(parameters.hung), u))
+    tool, hung = parameters.of(TOOL), 4 * len(parameters.hung)
+    rows = np.zeros((g + p + hung + len(tool), u))
+    rows[g + p + hung :, tool] = np.eye(len(tool)) / _SOMEWHERE
     rows[:g, a : a + g] = np.eye(g) / geometry_prior
     known: Array = np.eye(p) / _NOTHING_KNOWN
     if compliance_prior is not None:
@@ -203,6 +206,8 @@ def from_prior(parameters: Parameters, model: ArmModel, state: State) -> Array:
     values = np.zeros(len(parameters))
     a, g, p = parameters.arm, parameters.geometry, parameters.compliances
     values[a : a + g + p] = np.append(state.geometry, state.compliance) - parameters.mean
+    for m, k in np.argwhere(parameters.targets[:, :-1]).tolist():
+        values[parameters.marker(m, k)] = state.markers[m, k] - model.tool.markers[k]
     for n, i in enumerate(parameters.hung):
         load = model.payloads[i]
         thought = np.append(load.mass, load.mass * load.center)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.arrays import Array, BoolArray, freeze
-from elastocal.calibration.parameters import Parameters
+from elastocal.calibration.parameters import TOOL, Parameters
 
 _NOTHING = 1e-5  # singular value, of columns of unit length, at which nothing is told
 _RESTS = 0.25  # share of a variance from what was known before, up to which readings speak
@@ -57,7 +57,8 @@ def redundancy_of(parameters: Parameters, rows: Array) -> Redundancy:
     free = ~parameters.held
     information = (parameters.rows.T @ parameters.rows)[np.ix_(free, free)]
     prior = np.diagonal(information)
-    known = prior > 0.0
+    blocks = np.array(parameters.block)[free]
+    known = (prior > 0.0) & (blocks != TOOL)
     whole = rows.T @ rows + information
     own = 1.0 / np.sqrt(np.diagonal(whole))
     covariance = np.linalg.inv(whole * np.outer(own, own)) * np.outer(own, own)
@@ -68,7 +69,6 @@ def redundancy_of(parameters: Parameters, rows: Array) -> Redundancy:
     rests /= np.diagonal(covariance)
     before = np.where(known, 1.0 / np.sqrt(np.where(known, prior, 1.0)), np.nan)
     shrunk = known & (np.sqrt(np.diagonal(covariance)) < _TOLD * before)
-    blocks = np.array(parameters.block)[free]
     open_ = _sparse(vectors[told:] * scale, blocks)
     held = covariance @ information  # of 1 where a combination rests on its prior
     well = len(own) - int((np.linalg.eigvals(held).real > 0.5).sum())

@@ -16,15 +16,18 @@ from elastocal.robot.rotations import from_rotation_vectors
 
 _MOST_POSES = 200
 _STEPS = 40
+_RATHER = 1e-3  # how much rather the base moves than the reflector where both do the same
 _AT_REST = 1e-9  # share of the squares that a last step wins
 
 
-def placed(flange: Array, seen: Array) -> tuple[Array, Array, float]:
+def placed(flange: Array, seen: Array, near: Array | None = None) -> tuple[Array, Array, float]:
     """Pose of the base in the frame of a station, and the reflector, that fit best.
 
     Args:
         flange: (N, 4, 4) T_base_flange of the arm as drawn [m].
         seen: (N, 3) where one reflector was read, frame of the station [m].
+        near: (3,) where the reflector is thought to be, for what a base does as well, such as its
+            height on an arm whose axes are all upright [m]; the flange's origin if None.
 
     Returns:
         (4, 4) T_station_base [m], (3,) reflector in the flange frame [m], and the root mean square
@@ -41,12 +44,15 @@ def placed(flange: Array, seen: Array) -> tuple[Array, Array, float]:
     turns, open_ = _descended(_cube(), flange[:, :3, 3], seen, q)
     first = int(open_.argmin())
     best, left = turns[first], float(open_[first])
-    values = seen @ best.T - flange[:, :3, 3]
-    solved = np.linalg.lstsq(span.reshape(-1, 6), values.reshape(-1), rcond=1e-9)[0]
+    near = np.zeros(3) if near is None else near
+    values = seen @ best.T - flange[:, :3, 3] - flange[:, :3, :3] @ near
+    weight = np.repeat([_RATHER, 1.0], 3)
+    span = span.reshape(-1, 6) * weight
+    solved = weight * np.linalg.lstsq(span, values.reshape(-1), rcond=1e-9)[0]
     T = np.eye(4)
     T[:3, :3] = best.T
     T[:3, 3] = best.T @ solved[3:]
-    return T, solved[:3], float(np.sqrt(left / len(seen)))
+    return T, near + solved[:3], float(np.sqrt(left / len(seen)))
 
 
 def _descended(turns: Array, flange: Array, seen: Array, q: Array) -> tuple[Array, Array]:

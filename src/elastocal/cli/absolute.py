@@ -12,6 +12,7 @@ from pathlib import Path
 from elastocal.calibration.calibrate import calibrate
 from elastocal.calibration.calibrated_robot import put_away
 from elastocal.calibration.nested import ladder
+from elastocal.calibration.stations import station_motions, steadied
 from elastocal.calibration.validate import check, check_set_up
 from elastocal.cli.common import print_json, replaceable
 from elastocal.errors import InputError
@@ -104,8 +105,9 @@ def _read(
     *,
     quiet: bool,
 ) -> Positions:
-    """The readings, with what is odd in them said."""
+    """The readings as if trackers stood still, with what is odd in them said."""
     found = read_positions(measurements, study, mapping, plan)
+    found = steadied(found, station_motions(found))
     if not quiet:
         for remark in found.remarks:
             print(f"note: {ended(remark)}", file=sys.stderr)

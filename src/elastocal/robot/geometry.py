@@ -74,9 +74,8 @@ def geometric_errors(robot: Robot, groups: Collection[str] = GROUPS) -> Geometri
         joint = robot.moving[body - 1]
         zero = 1 if joint.prismatic else 0
         parallel = body < robot.last and _sine(robot.links[body]) < _PARALLEL
-        sliding = joint.prismatic or (body < robot.last and robot.moving[body].prismatic)
         for step, word in enumerate(_STEPS):
-            if word == "beta" and (not parallel or sliding):
+            if word == "beta" and not parallel:
                 continue
             own = ZEROS if step == zero else ANGLES if word in _TURNS else LENGTHS
             if own in groups:

@@ -67,7 +67,34 @@ def _smaller_will_do(doubt: Doubt) -> str:
     return f"the smaller model {doubt.about[0]!r} {what}; {listed(doubt.because)} did not help"
 
 
+def _drifted(doubt: Doubt) -> str:
+    n = doubt.numbers
+    return (
+        f"{_station(doubt)} drifted by {length(n['size'])} while it read, as reflectors on the "
+        "foot show: taken off, with what that leaves open"
+    )
+
+
+def _knocked(doubt: Doubt) -> str:
+    n = doubt.numbers
+    where = f"between readings {n['before']:.0f} and {n['after']:.0f}"
+    if (n["first"], n["last"]) != (n["before"], n["after"]):
+        where += f" (surely between {n['first']:.0f} and {n['last']:.0f})"
+    return (
+        f"{_station(doubt)} seems to have moved by {length(n['size'])} {where}: make it two "
+        "stations, one before and one after"
+    )
+
+
+def _station(doubt: Doubt) -> str:
+    """Which tracker is meant."""
+    name = doubt.about[0]
+    return f"station {name!r}" if name else "the tracker"
+
+
 SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
+    "tracker-drifted": _drifted,
+    "tracker-knocked": _knocked,
     "hardly-checked": _hardly_checked,
     "spring-below-zero": _below_zero,
     "not-told": _not_told,
