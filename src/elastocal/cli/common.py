@@ -67,6 +67,8 @@ ScriptNode = Annotated[
 ]
 CONTROLLERS = "krl, rapid, fanuc, urscript, ros or csv"
 """What `--to` takes, for help that loads no writer; a test compares it with the writers."""
+ROBOT_FILES = "urdf, dh, mdh, json or table"
+"""The same for calibrated robots."""
 Known = Annotated[
     Path | None, typer.Option(help="Model of further joints, which bend; instead of the study's.")
 ]

@@ -1,7 +1,8 @@
-"""`export`: the plan as a program for the robot's controller."""
+"""`export`: a plan for the robot's controller, or a calibrated robot for other programs."""
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -9,6 +10,7 @@ import typer
 
 from elastocal.cli.common import (
     CONTROLLERS,
+    ROBOT_FILES,
     Json,
     Overwrite,
     ScriptNode,
@@ -25,13 +27,16 @@ if TYPE_CHECKING:
 
 @app.command("export")
 def export_command(
-    plan_file: Annotated[Path, typer.Argument(metavar="PLAN", help="Plan (JSON or CSV).")],
-    to: Annotated[str, typer.Option(help=f"{CONTROLLERS}.")],
+    plan_file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="Plan, or calibrated robot (model.json).")
+    ],
+    to: Annotated[str, typer.Option(help=f"{CONTROLLERS}; of a calibrated robot {ROBOT_FILES}.")],
     out: Annotated[
         Path, typer.Option("--out", "-o", help="Folder, or a file whose name is the program's.")
     ] = Path("."),
     study_file: Annotated[
-        Path | None, typer.Option("--study", help="Study, if not the one embedded in the plan.")
+        Path | None,
+        typer.Option("--study", help="Study, if not the one in the plan; with the robot as drawn."),
     ] = None,
     home: Annotated[
         str | None,
@@ -53,7 +58,20 @@ def export_command(
     force: Overwrite = False,
     as_json: Json = False,
 ) -> None:
-    """Write the plan as a robot program; refuse a plan that breaks a constraint."""
+    """Write a plan as a robot program, or a calibrated robot for other programs."""
+    from elastocal.files.models.calibration_kind import is_calibration
+
+    if is_calibration(plan_file):
+        from elastocal.cli.calibrated import export_calibrated
+
+        refused = {
+            "--home": home is not None,
+            "--external": external is not None,
+            "--trigger": bool(trigger),
+            "--for-script-node": for_script_node,
+        }
+        export_calibrated(plan_file, to, out, study_file, refused, force=force, as_json=as_json)
+        return
     from dataclasses import replace
 
     import numpy as np
@@ -129,7 +147,8 @@ def _place(out: Path, to: str) -> tuple[Path, str]:
     from elastocal.programs.writers import ENDINGS, WRITERS
 
     if to not in WRITERS:
-        raise InputError(f"no export to {to!r}; there are {', '.join(WRITERS)}")
+        hint = "; that is for calibrated robots" if to in re.findall(r"\w+", ROBOT_FILES) else ""
+        raise InputError(f"no export to {to!r}; there are {', '.join(WRITERS)}{hint}")
     if out.is_dir():
         return out, ""
     if out.suffix.lower() != ENDINGS[to]:

@@ -16,7 +16,8 @@ from elastocal.calibration.calibrated_robot import CalibratedRobot
 from elastocal.calibration.prediction import predicted
 from elastocal.errors import ModelFileError
 from elastocal.files.models import calibration_file
-from elastocal.files.models.calibration_file import is_calibration, read_calibration
+from elastocal.files.models.calibration_file import read_calibration
+from elastocal.files.models.calibration_kind import is_calibration
 from elastocal.files.models.calibration_writing import calibration_document, write_calibration
 from elastocal.measuring.positions import Positions
 from elastocal.robot.chain import Robot

@@ -6,7 +6,6 @@ robot, complete, and does not contradict itself.
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +17,13 @@ from elastocal.calibration.calibrated_robot import CalibratedRobot, Origin, Stat
 from elastocal.calibration.parameters import BASE, COMPLIANCE, PAYLOAD, PROBE, TOOL, Parameters
 from elastocal.elastic.unknowns import Unknowns
 from elastocal.errors import InputError, ModelFileError
+from elastocal.files.models.calibration_kind import KIND
 from elastocal.files.models.calibration_schema import (
     CalibrationFile,
     FoundPayloadFile,
     GeometryFile,
     ReflectorsFile,
 )
-from elastocal.files.models.calibration_writing import KIND
 from elastocal.files.models.claims import AGREE, ProvenanceFile
 from elastocal.files.problems import first_problem
 from elastocal.files.sections import SectionError
@@ -39,17 +38,6 @@ from elastocal.robot.payloads import Payload
 from elastocal.robot.rotations import from_quaternions
 
 _SMALL_ENOUGH_TO_LOCATE = 1_000_000  # bytes; a larger file is a program's, and errors go unlined
-
-
-def is_calibration(path: Path) -> bool:
-    """Whether a file says that it is a calibration; False if it cannot be read as JSON."""
-    if path.suffix.lower() != ".json":
-        return False
-    try:
-        document = json.loads(read_text(path))
-    except (InputError, ValueError, RecursionError):
-        return False
-    return isinstance(document, dict) and document.get("kind") == KIND
 
 
 def read_calibration(path: str | Path, robot: Robot) -> CalibratedRobot:

@@ -14,14 +14,13 @@ from elastocal import __version__
 from elastocal.arrays import Array
 from elastocal.calibration.calibrated_robot import CalibratedRobot, Origin
 from elastocal.elastic.unknowns import Unknowns
+from elastocal.files.models.calibration_kind import KIND
 from elastocal.files.models.writing import springs_section
 from elastocal.files.texts import json_text
 from elastocal.robot.chain import Tool
 from elastocal.robot.geometry_hash import geometry_hash
 from elastocal.robot.rotations import quaternions
 from elastocal.writing import write_text
-
-KIND = "calibration"
 
 
 def write_calibration(calibrated: CalibratedRobot, path: str | Path) -> None:

@@ -1,0 +1,172 @@
+"""What `export` and `compensate` do with calibrated robots.
+
+Imported by the commands when they run.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from elastocal.arrays import Array
+from elastocal.calibration.calibrated_robot import CalibratedRobot
+from elastocal.calibration.for_controller import for_controller
+from elastocal.cli.common import print_json, replaceable, writable
+from elastocal.cli.inputs import sources_of
+from elastocal.errors import InputError
+from elastocal.files.models.calibration_file import read_calibration
+from elastocal.files.robots.controller_table import KIND as TABLE
+from elastocal.files.robots.controller_table import controller_table
+from elastocal.files.robots.dh_file import KIND as DH
+from elastocal.files.robots.dh_file import dh_text, far_words
+from elastocal.files.robots.robot_document import KIND as DOCUMENT
+from elastocal.files.robots.robot_document import robot_document
+from elastocal.files.robots.urdf_file import KIND as URDF
+from elastocal.files.robots.urdf_file import calibrated_urdf, urdf_entry
+from elastocal.files.study.absolute_file import read_any_study
+from elastocal.files.texts import file_hash, json_text, text_hash
+from elastocal.robot.sinks.dh import dh_table, refuse_unlike
+from elastocal.study.absolute import AbsoluteStudy
+from elastocal.study.study import Study
+from elastocal.writing import write_text
+
+KINDS = {
+    "urdf": (".urdf", URDF),
+    "dh": (".csv", DH),
+    "mdh": (".csv", DH),
+    "json": (".json", DOCUMENT),
+    "table": (".csv", TABLE),
+}
+"""By word: how the file ends, and what we write it as."""
+
+
+@dataclass(frozen=True)
+class _Made:
+    """A text, and what to tell of it."""
+
+    text: str
+    told: tuple[str, ...]
+    inputs: tuple[Path, ...] = ()
+
+
+def export_calibrated(
+    model: Path,
+    to: str,
+    out: Path,
+    study_file: Path | None,
+    refused: dict[str, bool],
+    *,
+    force: bool,
+    as_json: bool,
+) -> None:
+    """Write a calibrated robot for another program.
+
+    Raises:
+        InputError: another format, options of robot programs, no study, a file that must stay.
+    """
+    if to not in KINDS:
+        raise InputError(
+            f"{model}: a calibrated robot is exported to {', '.join(KINDS)}; found {to!r}"
+        )
+    if given := [option for option, there in refused.items() if there]:
+        raise InputError(f"{given[0]} is for robot programs, not for calibrated robots")
+    study, calibrated, study_path = calibrated_with(model, study_file)
+    path = _place(out, to, model)
+    writable(path, model, study_path, *sources_of_any(study, study_path))
+    replaceable(path, KINDS[to][1], force=force)
+    about = [
+        f"{calibrated.model.robot.name}, calibrated: {model.name} {file_hash(model)[:16]} of "
+        f"{calibrated.source or 'unknown readings'}"
+    ]
+    if to == "urdf":
+        made = _urdf(calibrated, study.text, study_path, path)
+    elif to == "json":
+        made = _Made(json_text(robot_document(calibrated)), ())
+    elif to == "table":
+        made = _Made(controller_table(for_controller(calibrated, study.coupling), about), ())
+    else:
+        made = _dh(calibrated, about, modified=to == "mdh")
+    writable(path, *made.inputs)
+    write_text(path, made.text)
+    if as_json:
+        print_json({"robot": calibrated.model.robot.name, "files": [str(path)]})
+        return
+    if to == "table":
+        print("".join(line for line in made.text.splitlines(keepends=True) if line[0] == "#"))
+    for line in made.told:
+        print(line)
+    print(f"wrote {path}")
+
+
+def calibrated_with(
+    model: Path, study_file: Path | None
+) -> tuple[Study | AbsoluteStudy, CalibratedRobot, Path]:
+    """A calibrated robot and the study that has its drawing; notes what is another study."""
+    if study_file is None:
+        raise InputError(
+            f"{model}: a calibration counts from the robot as drawn; name its study with --study"
+        )
+    study = read_any_study(study_file)
+    calibrated = read_calibration(model, study.robot)
+    was = calibrated.origin.study_sha256
+    if was and was != text_hash(study.text):
+        print(
+            f"note: {study_file.name} is another study than {model.name} was made with; its robot "
+            "is the same",
+            file=sys.stderr,
+        )
+    return study, calibrated, study_file
+
+
+def sources_of_any(study: Study | AbsoluteStudy, study_file: Path) -> list[Path]:
+    """The files that a study names."""
+    if isinstance(study, Study):
+        return sources_of(study, study_file)
+    entry = urdf_entry(study.text, study_file)
+    return [] if entry is None else [study_file.parent / entry.urdf]
+
+
+def _place(out: Path, to: str, model: Path) -> Path:
+    """The file to write."""
+    ending = KINDS[to][0]
+    if out.is_dir():
+        word = "" if to == "urdf" else f".{'robot' if to == 'json' else to}"
+        return out / f"{model.stem}{word}{ending}"
+    if out.suffix.lower() != ending:
+        missing = " (there is no such folder)" if not out.suffix and not out.exists() else ""
+        raise InputError(f"{out}: expected a folder{missing}, or a name that ends in {ending}")
+    return out
+
+
+def _urdf(calibrated: CalibratedRobot, text: str, study_file: Path, path: Path) -> _Made:
+    found = calibrated_urdf(calibrated, text, study_file)
+    told = [f"The flange is link {found.tip!r}."]
+    if found.source is None:
+        told.append(
+            "Inertia, effort and velocity are not known and stand as 0; shapes are left out."
+        )
+        return _Made(found.text, tuple(told))
+    if found.changed:
+        told.insert(0, f"Origins changed: {', '.join(found.changed)}.")
+    elsewhere = path.parent.resolve() != found.source.parent.resolve()
+    if elsewhere and "<mesh" in found.text and "package://" not in found.text:
+        told.append(f"Its meshes are named from the folder of {found.source}: put it there.")
+    return _Made(found.text, tuple(told), (found.source,))
+
+
+def _dh(calibrated: CalibratedRobot, about: list[str], *, modified: bool) -> _Made:
+    drawn = calibrated.model.robot
+    table = dh_table(calibrated.robot, modified=modified, like=drawn)
+    refuse_unlike(table, calibrated.robot)
+    text = dh_text(table, dh_table(drawn, modified=modified), about)
+    told = [f"Note: {line}." for line in far_words(table)]
+    if np.abs(table.T_base_first - np.eye(4)).max() > 1e-12 or _turned(table.T_last_flange):
+        told.append("Base and flange stand beside the rows: see its head.")
+    return _Made(text, tuple(told))
+
+
+def _turned(T: Array) -> bool:
+    return bool(np.abs(T - np.eye(4)).max() > 1e-12)

@@ -1,0 +1,1 @@
+"""Calibrated robots for other programs: URDF, tables, values for a controller, JSON."""
