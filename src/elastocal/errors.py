@@ -160,6 +160,8 @@ Code = Literal[
     # of a plan
     "search-stopped",
     "loss-above",
+    "blind-above",
+    "rho0-above",
     "hardly-needed",
     "half-known",
     "constraint-broken",

@@ -19,7 +19,7 @@ from elastocal.planning.blind_columns import BlindColumns, columns_of
 from elastocal.planning.blind_effects import EffectFamily, EffectKind
 from elastocal.study.study import Study
 
-_UNSEEN = 0.03  # of the size that is seen half of the time: less is not seen at all
+UNSEEN = 0.03  # of the size that is seen half of the time: less is not seen at all
 _NOTHING = 1e-9  # of an error at the task [m]
 _TRIED = 400  # values of a multiplier
 _ALIKE = 1e-6  # of what effects do
@@ -73,7 +73,7 @@ class BlindEffect:
     @property
     def invisible(self) -> bool:
         """Whether no size is seen that can be believed."""
-        return bool(self.largest < _UNSEEN * self.half)
+        return bool(self.largest < UNSEEN * self.half)
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ the task, and what any two add to the non-centrality of the test of fit.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -54,10 +55,52 @@ def columns_of(study: Study, cases: LoadCases, repeats: IntArray) -> BlindColumn
 
     Source: ours; C Xᵀ V⁻¹ B is what B makes of the estimates.
     """
-    poses, done = judged(study), repeats > 0
-    if not poses:
+    done = repeats > 0
+    if not judged(study):
         return None
     cases, repeats = cases.chosen(done), repeats[done]
+    rows = white_rows(study, cases, repeats)
+    prior, instrument = rows.prior, rows.instrument
+    x, b = (part.reshape(-1, part.shape[2]) for part in (rows.fitted, rows.effects))
+    total = prior + x.T @ x
+    fitted = total[: len(study.fitted), : len(study.fitted)]
+    if rank_of(fitted) < len(fitted):
+        return None
+    covariance = scaled_inverse(total[None])[0]
+    found = covariance @ (x.T @ b)
+    left, error = [], 0.0
+    for blocks, there in rows.task:
+        left.append((blocks @ found - there).reshape(-1, b.shape[1]))
+        error += float(((blocks @ covariance) * blocks).sum())
+    kept = np.eye(len(x)) - x @ covariance @ x.T
+    dof = len(x) + (rank_of(prior) if prior.any() else 0) - len(total)
+    return BlindColumns(
+        families=rows.families,
+        left=np.concatenate(left),
+        seen=b.T @ kept @ b,
+        moved=np.concatenate([b - x @ found, np.concatenate(left) / np.sqrt(error)]),
+        dof=int(dof),
+        noise_dof=_noise_dof(kept, rows.noise, instrument, int(dof), repeats),
+    )
+
+
+class WhiteRows(NamedTuple):
+    """What f unknowns of a fit and c columns of effects move, readings in units of their noise."""
+
+    families: tuple[EffectFamily, ...]
+    fitted: Array  # (S, m, f)
+    effects: Array  # (S, m, c)
+    task: tuple[tuple[Array, Array], ...]  # (N, r, f) and (N, r, c) of each test pose, weighed
+    prior: Array  # (f, f) what is known of the unknowns before
+    noise: Array  # (S, m, m) of the means of repeats
+    instrument: Array  # (S, m, m) what of it is the noise of the instrument
+
+
+def white_rows(study: Study, cases: LoadCases, repeats: IntArray) -> WhiteRows:
+    """Rows of S load cases, each the mean of (S,) `repeats`, and of the task.
+
+    Weighed, the squares of all rows of the task add up to the mean square over the test poses.
+    """
     count = repeats.astype(float)[:, None, None]
     instrument = noise_of(study, cases) / count
     noise, prior = instrument.copy(), study.prior
@@ -72,38 +115,17 @@ def columns_of(study: Study, cases: LoadCases, repeats: IntArray) -> BlindColumn
         # One of an unknown is one of its own sizes: what is known of it before is one.
         sizes = np.sqrt(np.diagonal(told.beside))[rows.shape[2] :]
         rows = np.concatenate([rows, common * sizes], axis=2)
-    effects = effect_columns(study, cases)
-    white = _over_noise(noise, np.concatenate([rows, effects.readings], axis=2))
-    x, b = np.split(white, [rows.shape[2]], axis=1)
-    total = prior + x.T @ x
-    fitted = total[: len(study.fitted), : len(study.fitted)]
-    if rank_of(fitted) < len(fitted):
-        return None
-    covariance = scaled_inverse(total[None])[0]
-    found = covariance @ (x.T @ b)
+    effects, poses = effect_columns(study, cases), judged(study)
+    root = np.linalg.cholesky(noise)
+    white = np.linalg.solve(root, np.concatenate([rows, effects.readings], axis=2))
     weights = np.array([pose.weight for pose in poses])
-    left, error = [], 0.0
+    task = []
     for pose, weight, there in zip(poses, weights / weights.sum(), effects.task, strict=True):
-        blocks = pose.regressors if told is None else told.blocks(pose)
         share = float(np.sqrt(weight / len(there)))
-        left.append(share * (blocks @ found - there).reshape(-1, b.shape[1]))
-        error += share**2 * float(((blocks @ covariance) * blocks).sum())
-    kept = np.eye(len(x)) - x @ covariance @ x.T
-    dof = len(x) + (rank_of(prior) if prior.any() else 0) - len(total)
-    return BlindColumns(
-        families=effects.families,
-        left=np.concatenate(left),
-        seen=b.T @ kept @ b,
-        moved=np.concatenate([b - x @ found, np.concatenate(left) / np.sqrt(error)]),
-        dof=int(dof),
-        noise_dof=_noise_dof(kept, noise, instrument, int(dof), repeats),
-    )
-
-
-def _over_noise(noise: Array, columns: Array) -> Array:
-    """(S m, c) columns (S, m, c) of readings in units of their noise (S, m, m)."""
-    white = np.linalg.solve(np.linalg.cholesky(noise), columns)
-    return np.asarray(white.reshape(-1, columns.shape[2]))
+        blocks = pose.regressors if told is None else told.blocks(pose)
+        task.append((share * blocks, share * there))
+    fitted, moved = np.split(white, [rows.shape[2]], axis=2)
+    return WhiteRows(effects.families, fitted, moved, tuple(task), prior, noise, instrument)
 
 
 def _noise_dof(kept: Array, noise: Array, instrument: Array, dof: int, repeats: IntArray) -> float:

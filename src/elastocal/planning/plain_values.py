@@ -31,14 +31,8 @@ def simplify(space: LoadCaseSpace, cases: LoadCases) -> Plain:
     nor margins are put to their rest position. Where the same is true of a joint that turns
     together with the load, all loads come from one side.
     """
-    robot, q = space.arm.robot, np.array(cases.q)
+    robot, plain = space.arm.robot, without_whole_turns(space, cases)
     lower, upper = space.limits
-    for j, joint in enumerate(robot.joints):
-        if not joint.prismatic:
-            near = q[:, j] - 2.0 * np.pi * np.round(q[:, j] / (2.0 * np.pi))
-            inside = (near >= lower[j]) & (near <= upper[j])
-            q[:, j] = np.where(inside, near, q[:, j])
-    plain = LoadCases(q, cases.wrench)
     free = []
     for j, joint in enumerate(robot.joints):
         if lower[j] == upper[j]:
@@ -53,3 +47,15 @@ def simplify(space: LoadCaseSpace, cases: LoadCases) -> Plain:
             free.append(joint.name)
     turned, turns_with_load = from_one_side(space, plain, tuple(free))
     return Plain(turned, tuple(free), turns_with_load)
+
+
+def without_whole_turns(space: LoadCaseSpace, cases: LoadCases) -> LoadCases:
+    """The same load cases with whole turns of joints taken out where the limits allow."""
+    q = np.array(cases.q)
+    lower, upper = space.limits
+    for j, joint in enumerate(space.arm.robot.joints):
+        if not joint.prismatic:
+            near = q[:, j] - 2.0 * np.pi * np.round(q[:, j] / (2.0 * np.pi))
+            inside = (near >= lower[j]) & (near <= upper[j])
+            q[:, j] = np.where(inside, near, q[:, j])
+    return LoadCases(q, cases.wrench)

@@ -26,7 +26,7 @@ from elastocal.motion.schedule import Schedule, schedule
 from elastocal.motion.tour import best_order
 from elastocal.motion.via_points import UnreachableError, detours, refuse_home
 from elastocal.motion.within_reach import out_of_reach, reachable_limits
-from elastocal.planning.aim import Aim, aim_of
+from elastocal.planning.aim import Aim, aim_of, is_for_promise
 from elastocal.planning.assessment import Assessment, assess, broken, hardly_known, search_stopped
 from elastocal.planning.blind import BlindErrors, blind_errors
 from elastocal.planning.bracket import bracket
@@ -39,13 +39,15 @@ from elastocal.planning.certificate import (
     lower_bound,
     with_floor,
 )
+from elastocal.planning.effort import effort_for, enough
 from elastocal.planning.lost import AGAIN, away_from, others_lost, turned_into
 from elastocal.planning.mends import Mend, mends
 from elastocal.planning.needed import half_known, hardly_needed
 from elastocal.planning.one_side import azimuth_range
 from elastocal.planning.plain_values import Plain, simplify
-from elastocal.planning.robust import loss_above, refuse_other_criterion, robust
+from elastocal.planning.robust import not_held, refuse_unfit, withstanding
 from elastocal.planning.spread import spread
+from elastocal.planning.standing import Standing, asked_standing
 from elastocal.planning.visibility import Visibility, visibility
 from elastocal.robot.posture import Posture
 from elastocal.stopping import Stop
@@ -76,6 +78,8 @@ class Plan:
             finished.
         via: S + 1 arrays (K, n): configurations to pass on the way to each load case and at last
             home, where the straight motion is blocked [rad or m]; empty if none is.
+        as_good: Where the plan stood that was to be as good as can be, before it was made robust;
+            None if that is not asked for.
     """
 
     load_cases: LoadCases
@@ -91,6 +95,7 @@ class Plan:
     searches: int = 1
     apart: float = 0.0
     stopped_after: int | None = None
+    as_good: Standing | None = None
 
     @property
     def count(self) -> int:
@@ -112,13 +117,27 @@ class Plan:
             *hardly_needed(self.study, self.assessment),
         )
         out = out_of_reach(self.study.motion_space)
-        lost = loss_above(self.study, self.assessment, self.certificate)
+        blind = None if self.standing is None else self.standing.blind
+        lost = not_held(self.study, self.assessment, self.certificate, blind)
         return (*stopped, *lost, *rigid, *hardly, *usual, *watched, *out)
 
     @cached_property
     def blind(self) -> BlindErrors | None:
         """What it cannot see of what the model lacks; None if that is not known."""
         return blind_errors(self.study, self.load_cases, self.repeats)
+
+    @cached_property
+    def standing(self) -> Standing | None:
+        """Where it stands, if it is to withstand something."""
+        if self.study.experiments.robust is None or not self.assessment.identifiable:
+            return None
+        found = asked_standing(self.study, self.load_cases, self.repeats)
+        return replace(found, minutes=self.schedule.total / 60.0)
+
+    @property
+    def for_promise(self) -> bool:
+        """Whether it was made for what it promises, errors of load cases included."""
+        return is_for_promise(self.study)
 
     @cached_property
     def mends(self) -> tuple[Mend, ...]:
@@ -181,7 +200,7 @@ def plan(
         IdentifiabilityError: some compliances cannot be told apart.
         InputError: `robust` is asked for, which speaks of ρ0, with another criterion.
     """
-    refuse_other_criterion(study)
+    refuse_unfit(study)
     rng = np.random.default_rng(seed)
     m = study.experiments.count
     distinct = study.experiments.distinct
@@ -193,7 +212,7 @@ def plan(
     aim = aim_of(study)
     limits = reachable_limits(study.motion_space)
     aim = replace(aim, space=replace(aim.space, limits=limits))
-    distinct = min(distinct, _enough(aim))
+    distinct = min(distinct, enough(aim))
     first = None if bound else _first(aim, distinct, seed, tell)
     bound = bound or lower_bound(
         study,
@@ -203,7 +222,7 @@ def plan(
     )
     if first is not None and bound.stopped:
         bound = replace(bound, target=first.criterion)
-    effort = effort or _effort(aim, distinct)
+    effort = effort or effort_for(aim, distinct)
     search = partial(exact_design, count=m, distinct=distinct, rng=rng, effort=effort, stop=stop)
     found = _searched(study, aim, bound, first, search, seed, tell)
     bound = confirmed(study, bound, found.x, rng, stop=stop)
@@ -228,13 +247,8 @@ def plan(
         searches=found.search.searches,
         apart=found.search.apart,
         stopped_after=found.generations if found.search.stopped else None,
+        as_good=found.as_good,
     )
-
-
-def loss_limit(study: Study, bound: Bound) -> float | None:
-    """What may be left without any one configuration [m]; None if that is not asked for."""
-    share = study.experiments.robust
-    return None if share is None else share * bound.loss(study.experiments.count)
 
 
 class _Outcome(NamedTuple):
@@ -247,6 +261,7 @@ class _Outcome(NamedTuple):
     via: tuple[Array, ...]
     search: ExactDesign  # before it was simplified
     generations: int  # of all searches
+    as_good: Standing | None  # before it was made robust
 
 
 class _First(NamedTuple):
@@ -309,17 +324,18 @@ def _searched(
         if aim.shares and not found.stopped:
             tell("load cases near to each other", 1.0)
             design = spread(aim, reachable, goal, found, np.random.default_rng([seed, 3]))
-        limit = loss_limit(study, bound)
-        if limit is not None and not found.stopped:
-            tell("plans that can lose a configuration", 1.0)
-            chance = np.random.default_rng([seed, 5])
-            design = robust(aim, reachable, goal, design, limit, chance)
         plain = simplify(space, space.load_cases(design.x))
-        single = design  # of those that tell the same one may be lost
-        if limit is None:
-            single = merged(goal, design, _roomiest(study, plain.cases))
+        single, as_good = merged(goal, design, _roomiest(study, plain.cases)), None
         if single is not design:
-            design, plain = single, simplify(space, space.load_cases(single.x))
+            plain = simplify(space, space.load_cases(single.x))
+        if study.experiments.robust is not None and not found.stopped:
+            tell("plans that can lose a configuration, or see more", 1.0)
+            chance, best = np.random.default_rng([seed, 5]), bound.loss(aim.count)
+            before = plain.cases, single.counts
+            single, plain, as_good = withstanding(
+                study, aim, reachable, goal, design, before, best, chance
+            )
+        design = single
         cases = plain.cases
         order = best_order(cases, study.pace, free=partial(motions_free, motions)).sequence
         cases = cases.chosen(order)
@@ -334,7 +350,7 @@ def _searched(
                 avoid += tuple(away_from(q, study.robot, same, again) for q in lost)
             continue
         repeats = design.counts[order]
-        return _Outcome(design.x, cases, repeats, plain, via, found, generations)
+        return _Outcome(design.x, cases, repeats, plain, via, found, generations, as_good)
     assert blocked is not None
     raise blocked
 
@@ -371,25 +387,3 @@ def _roomiest(study: Study, cases: LoadCases) -> IntArray:
     constraints = (*study.joint_limits, *study.constraints)
     room = np.sort(room_at(constraints, Posture(study.robot, cases.q)), axis=0)
     return np.lexsort([np.arange(len(cases)), *-np.round(room[::-1], 6)])
-
-
-def _enough(aim: Aim) -> int:
-    """Distinct load cases to search with: more would cost time and gain next to nothing.
-
-    Where repeats share errors they do gain: as long as there is time.
-    """
-    return max(_MANY if aim.shares else 6, aim.space.parameters + 1)
-
-
-_MANY = 30
-_WELL_ROUNDED = 8  # load cases from which on one search ends where others do
-
-
-def _effort(aim: Aim, distinct: int) -> Effort | None:
-    """How long to search where repeats share errors; None: as ever.
-
-    Single readings of many load cases: seeds of one search end .1 % apart.
-    """
-    if not aim.shares or distinct < _WELL_ROUNDED:
-        return None
-    return Effort(generations=20, patience=5, islands=1)

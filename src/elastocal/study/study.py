@@ -30,6 +30,7 @@ from elastocal.robot.pose_check import KnownPose
 from elastocal.study.before import CarriedOut, Done, Earlier
 from elastocal.study.experiment_space import LoadCaseSpace
 from elastocal.study.known import Known
+from elastocal.study.robustness import Robustness
 from elastocal.study.test_path import TestPath
 from elastocal.wording.numbers import bounded, described
 
@@ -89,8 +90,7 @@ class Experiments:
         count: Number of experiments m.
         max_configurations: Most distinct load cases, None for as many as experiments.
         moment: Which moments may act [N·m].
-        robust: How many times the best ρ0, or promise, may be left without any one configuration;
-            None: that is not asked for.
+        robust: What a plan is to withstand; None: that is not asked for.
     """
 
     tool: Tool
@@ -98,7 +98,7 @@ class Experiments:
     count: int
     max_configurations: int | None = None
     moment: Load = field(default_factory=lambda: FixedVector(np.zeros(3)))
-    robust: float | None = None
+    robust: Robustness | None = None
 
     @property
     def distinct(self) -> int:
@@ -114,8 +114,6 @@ class Experiments:
             raise InputError(
                 f"max_configurations must be at least 1, found {self.max_configurations}"
             )
-        if self.robust is not None and not 1.0 < self.robust < np.inf:
-            raise InputError(f"robust must be above 1 and finite, found {self.robust}")
         if self.force.size == 0.0 and self.moment.size == 0.0:
             raise InputError(
                 "the experiments have neither force nor torque: without load nothing deflects "

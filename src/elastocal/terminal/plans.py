@@ -44,6 +44,7 @@ from elastocal.wording.plans import (
     told,
 )
 from elastocal.wording.promises import WITHOUT, promise_sentences
+from elastocal.wording.robust import robust_sentences
 from elastocal.wording.watch import watch
 
 _OPEN = 5e-5  # gap between a design and its bound from which on it is said, ...
@@ -89,6 +90,8 @@ def show_plan(plan: Plan) -> None:
     if worth.loss is not None:
         sizes = worth.loss.load_case, worth.loss.rho0, worth.promised
         out.print(Text(loss_sentence(*sizes, promised=worth.promise is not None)))
+    for sentence in robust_sentences(plan):
+        out.print(Text(sentence))
     show_blind(plan.blind)
     show_mends(plan.mends)
     for doubt in plan.doubts:

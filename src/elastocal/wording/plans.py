@@ -59,7 +59,14 @@ def told(doubt: Doubt, sentence: str) -> str:
 
 
 _WEAK: frozenset[Code] = frozenset(
-    {"search-stopped", "loss-above", "rigid-at-test-pose", "hardly-known"}
+    {
+        "search-stopped",
+        "loss-above",
+        "blind-above",
+        "rho0-above",
+        "rigid-at-test-pose",
+        "hardly-known",
+    }
 )
 
 
@@ -246,6 +253,15 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         "find a better plan, and the same seed need not lead to this one again"
     ),
     "loss-above": _loss_above,
+    "blind-above": lambda doubt: (
+        f"the largest blind error is {length(doubt.numbers['found'])}, the least that was found, "
+        f"where no more than {length(doubt.numbers['asked'])} is asked for; loads of another "
+        "direction, more markers or more experiments may help"
+    ),
+    "rho0-above": lambda doubt: (
+        f"the plan has {number(doubt.numbers['times'], 4)} times the best there is, where no more "
+        f"than {number(doubt.numbers['asked'], 4)} times is asked for; more configurations may help"
+    ),
     "hardly-known": _hardly_known,
     "half-known": _half_known,
     "hardly-needed": _hardly_needed,

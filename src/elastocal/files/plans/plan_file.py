@@ -28,6 +28,7 @@ from elastocal.files.plans.proposal_file import (
     read_proposal,
     study_for,
 )
+from elastocal.files.plans.robust_section import robust_section
 from elastocal.files.plans.via_points import VIA, via_document
 from elastocal.files.study.embedded_study import study_in
 from elastocal.files.tables.csv_table import is_table
@@ -137,6 +138,7 @@ def judged(
         turns_with_load=proposal.turns_with_load,
         via=proposal.via,
         stopped_after=proposal.claims.get("stopped_after"),
+        as_good=proposal.claims.get("as_good"),
     )
 
 
@@ -194,6 +196,7 @@ def plan_document(plan: Plan) -> dict[str, Any]:
         },
         "covariance": covariance_section(study.fitted, worth.covariance),
         **promise_section(study, worth.promise),
+        **robust_section(plan),
         **blind_section(plan.blind),
         **mends_section(plan.mends),
         "remarks": [worded(doubt) for doubt in plan.doubts],

@@ -151,6 +151,7 @@ class PlanFile(OpenSection):
     criteria: dict[str, Any] | None = None
     certificate: CertificateFile | None = None
     promise: dict[str, Any] | None = None
+    robust: dict[str, Any] | None = None
     blind: dict[str, Any] | None = None
     mends: list[dict[str, Any]] | None = None
 

@@ -25,6 +25,7 @@ from elastocal.files.plans.load_case_entries import (
 )
 from elastocal.files.plans.plan_schema import PlannedCasesFile, check_kinds
 from elastocal.files.plans.promise_section import claimed_promise
+from elastocal.files.plans.robust_section import claimed_standing
 from elastocal.files.plans.via_points import VIA, read_via, split_via
 from elastocal.files.tables.csv_table import FORCES, PLAIN, TORQUES, is_table, read_table
 from elastocal.files.tables.units import UNITS, split_header
@@ -183,6 +184,7 @@ def proposal_in(document: dict[str, Any], path: Path, robot: Robot) -> Proposal:
     if "covariance" in document:
         claims["covariance"] = claimed_covariance(document["covariance"], f"{path}: covariance")
     claims["promise"] = claimed_promise(document.get("promise"), f"{path}: promise")
+    claims["as_good"] = claimed_standing(document.get("robust"), f"{path}: robust")
     if certificate.get("kind"):
         claims["kind"] = certificate["kind"]
     if certificate.get("criterion"):
@@ -215,7 +217,7 @@ def proposal_in(document: dict[str, Any], path: Path, robot: Robot) -> Proposal:
     )
 
 
-_UNCHECKED = ("after", "blind", "mends", "schedule", "searches")
+_UNCHECKED = ("after", "blind", "mends", "robust", "schedule", "searches")
 _SEARCHED = (
     *("fresh_starts", "attained", "narrow_starts", "narrow_attained", "rarest", "missed"),
     *("floored", "peak", "continuous_design"),

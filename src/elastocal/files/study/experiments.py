@@ -11,9 +11,18 @@ from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, InPlane,
 from elastocal.errors import InputError
 from elastocal.files.sections import Section, Told, Variant
 from elastocal.files.study.tools import find_tool
-from elastocal.files.values import Count, Name, Positive, PositiveDegrees, Vector, deg
+from elastocal.files.values import (
+    Count,
+    Name,
+    Positive,
+    PositiveDegrees,
+    PositiveMicrometres,
+    Vector,
+    deg,
+)
 from elastocal.files.yaml_lines import LocatedError, at
 from elastocal.robot.chain import Tool
+from elastocal.study.robustness import Robustness
 from elastocal.study.study import Experiments
 
 
@@ -44,6 +53,20 @@ Direction = Annotated[
 ]
 
 
+class RobustFile(Section):
+    """What a plan is to withstand."""
+
+    loss: Positive | None = None
+    blind_um: PositiveMicrometres | None = None
+    within: Positive | None = None
+
+
+Robust = Annotated[
+    Annotated[Positive, Variant("a number")] | Annotated[RobustFile, Variant("limits")],
+    Told(lambda value: "limits" if isinstance(value, dict) else "a number"),
+]
+
+
 class ExperimentsFile(Section):
     """What is done."""
 
@@ -56,7 +79,7 @@ class ExperimentsFile(Section):
     torque_direction: Direction | None = None
     count: Count
     max_configurations: Count | None = None
-    robust: Positive | None = None
+    robust: Robust | None = None
 
 
 def experiments_of(entry: ExperimentsFile, tools: Mapping[str, Tool]) -> Experiments:
@@ -75,12 +98,6 @@ def experiments_of(entry: ExperimentsFile, tools: Mapping[str, Tool]) -> Experim
             f"is more than the {entry.count} experiments",
         )
     distinct = entry.max_configurations or entry.count
-    if entry.robust is not None and not entry.robust > 1.0:
-        raise LocatedError(
-            ("robust",),
-            "robust is how many times the best ρ0 may be left without any one configuration: it "
-            f"must be above 1, found {entry.robust:g}",
-        )
     if entry.robust is not None and distinct < 2:
         raise LocatedError(("robust",), "robust needs at least two configurations, found 1")
     return Experiments(
@@ -89,8 +106,16 @@ def experiments_of(entry: ExperimentsFile, tools: Mapping[str, Tool]) -> Experim
         entry.count,
         entry.max_configurations,
         moment or none,
-        entry.robust,
+        None if entry.robust is None else _robustness(entry.robust),
     )
+
+
+def _robustness(entry: float | RobustFile) -> Robustness:
+    """What a plan is to withstand; a number limits what is left without any one configuration."""
+    with at("robust"):
+        if not isinstance(entry, RobustFile):
+            return Robustness(loss=entry)
+        return Robustness(entry.loss, entry.blind_um, entry.within)
 
 
 def _load(

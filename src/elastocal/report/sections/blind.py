@@ -11,6 +11,7 @@ from elastocal.report.tables import BarTable, Row
 from elastocal.wording.blind import BLIND, effect_name, proof_sentence, size_of
 from elastocal.wording.mends import ESTIMATES, MENDS, mend_name, minutes_phrase
 from elastocal.wording.numbers import length
+from elastocal.wording.robust import robust_sentences
 
 _INVISIBLE, _VISIBLE = 6, 8  # lanes
 
@@ -30,6 +31,7 @@ def blind_sections(plan: Plan) -> tuple[PageSection, ...]:
         "title": BLIND,
         "chart": chart,
         "said": proof_sentence(found),
+        "robust": robust_sentences(plan),
         "left": left,
         "mends": _mends(plan),
         "help": f"{ESTIMATES} This plan promises {length(claim)}.",
