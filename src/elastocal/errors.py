@@ -121,6 +121,7 @@ Code = Literal[
     "rotation-sign",
     "unlike-arm",
     "readings-turned",
+    "probe-turned",
     # of a study
     "small-tool",
     "large-tool",

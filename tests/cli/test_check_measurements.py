@@ -13,6 +13,7 @@ from elastocal.files.measurements.measurement_file import read_measurements
 from elastocal.files.study.study_file import read_study
 from elastocal.robot.sources import load
 from tests.cli.test_commands import run
+from tests.files.absolute_campaign import HEADER, rows, table, truth
 from tests.files.campaign import STUDY_TEXT
 from tests.files.measurements.test_bad_measurements import GOOD
 from tests.test_examples import ROOT
@@ -40,6 +41,37 @@ def test_for_programs(folder: Path) -> None:
     assert (found["experiments"], found["readings"], found["own_uncertainty"]) == (3, 6, True)
     assert found["largest_deflection_mm"] == pytest.approx(3.6249, abs=1e-4)
     assert len(found["remarks"]) == 1
+
+
+ABSOLUTE = """\
+elastocal: 1
+robot: kuka-kr270
+identify: [base, tool, A2, A3]
+tools:
+  plate: {load_point_mm: [600, 0, -460], markers_mm: {M1: [600, 0, -460], M2: [500, 150, -300]}}
+payloads: {plates: {mass_kg: 120, center_mm: [300, 0, 0]}}
+instrument: {sigma_mm: 0.03}
+"""
+
+
+def test_absolute_readings(tmp_path: Path) -> None:
+    (tmp_path / "study.yaml").write_text(ABSOLUTE)
+    cells = [[*row, "A" if i < 12 else "B"] for i, row in enumerate(rows(truth(12)))]
+    (tmp_path / "m.csv").write_text(table([*HEADER, "series"], cells))
+    files = tmp_path / "study.yaml", "--measurements", tmp_path / "m.csv"
+    shown = run("check", *files)
+    assert shown.exit_code == 0, shown.output
+    text = " ".join(shown.output.split())
+    parts = ["24 readings of 12 poses", "M1 12×, M2 12×", "Stations: A, B", "nothing in 12 poses"]
+    for part in [*parts, "from where the joint values put the arm as drawn"]:
+        assert part in text, text
+    found = json.loads(run("check", *files, "--json").output)
+    assert (found["poses"], found["readings"], found["stations"]) == (12, 24, ["A", "B"])
+    assert found["from_drawing_mm"] < 1e-3
+    (tmp_path / "m.csv").write_text(table([*HEADER[:-1], "height"], rows(truth(12))))
+    refused = run("check", *files)
+    assert refused.exit_code == 2
+    assert "column 'z [mm]' is missing" in refused.stderr
 
 
 def test_bad_files_are_bad_input(folder: Path) -> None:

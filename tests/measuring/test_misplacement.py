@@ -5,18 +5,18 @@ from __future__ import annotations
 import numpy as np
 
 from elastocal.measuring.best_fit import best_fits
-from elastocal.measuring.misplacement import _two_frames
+from elastocal.measuring.misreadings import two_frames
 from elastocal.measuring.placement import Unloaded, left_over, place, residuals
 from elastocal.robot.posture import forward_kinematics
 from elastocal.robot.sources import load
 
 
-def test_two_frames_from_sums_are_those_of_two_fits() -> None:
+def testtwo_frames_from_sums_are_those_of_two_fits() -> None:
     rng = np.random.default_rng(0)
     when = np.repeat(np.arange(10), 3)
     points, nominal = rng.normal(size=(2, 30, 3)) + np.array([100.0, -50.0, 3.0])
     nominal[:15] *= -1.0  # some fits would be reflections
-    found = _two_frames(points, nominal, when)
+    found = two_frames(points, nominal, when)
     for split in range(4, 7):
         total = 0.0
         for side in (when < split, when >= split):

@@ -23,7 +23,9 @@ from elastocal.errors import InputError
 if TYPE_CHECKING:
     from elastocal.measuring.measurements import Measurements
     from elastocal.measuring.placement import Placement
+    from elastocal.measuring.positions import Positions
     from elastocal.planning.study_check import Checkup
+    from elastocal.robot.chain import Robot
     from elastocal.study.study import Study
 
 
@@ -136,9 +138,16 @@ def _check_measurements(
 ) -> None:
     """Say what was understood of measurement files, and then whether it cannot be."""
     from elastocal.files.measurements.measurement_file import read_measurements
+    from elastocal.files.study.absolute_file import is_absolute, read_absolute_study
     from elastocal.files.study.study_file import read_study
     from elastocal.identification.impossible import refuse_impossible_readings
 
+    if is_absolute(study_file):
+        from elastocal.files.measurements.positions_file import read_positions
+
+        known = read_absolute_study(study_file)
+        _show_positions(read_positions(paths, known, mapping, plan), known.robot, as_json)
+        return
     study = read_study(study_file)
     data = read_measurements(paths, study, mapping, plan)
     _show_measurements(data, study, as_json)
@@ -172,6 +181,33 @@ def _show_measurements(data: Measurements, study: Study, as_json: bool) -> None:
     from elastocal.terminal.measurements import show_measurements
 
     show_measurements(data, study.robot)
+
+
+def _show_positions(data: Positions, robot: Robot, as_json: bool) -> None:
+    """What was understood of absolute readings, on the screen or for programs."""
+    if not as_json:
+        from elastocal.terminal.measurements import show_positions
+
+        show_positions(data, robot)
+        return
+    from elastocal.files.doubt_entries import doubt_entries
+    from elastocal.wording import worded
+
+    print_json(
+        {
+            "poses": len(data.cases),
+            "readings": len(data),
+            "orientations": int(data.rotations.sum()),
+            "stations": list(data.stations),
+            "mountings": list(data.mountings),
+            "foot_readings": 0 if data.foot is None else len(data.foot),
+            "own_uncertainty": data.own_uncertainty,
+            "from_drawing_mm": None if data.apart != data.apart else 1e3 * data.apart,
+            "sha256": data.sha256,
+            "remarks": [*data.remarks, *map(worded, data.doubts)],
+            "doubts": doubt_entries(data.doubts),
+        }
+    )
 
 
 def _beside_arm(found: Placement) -> dict[str, float | int | bool]:

@@ -15,6 +15,10 @@ from elastocal.measuring.best_fit import BestFit, best_fit, best_fits, turn_erro
 from elastocal.robot.chain import Robot
 from elastocal.robot.posture import Posture
 
+_STEPS, _AT_REST = 12, 1e-8
+_SEEN = 1e-3
+"""Part of a column that is left beside shifts and turns of the frames, if it is seen at all."""
+
 
 @dataclass(frozen=True)
 class Unloaded:
@@ -149,3 +153,66 @@ def residuals(unloaded: Unloaded, nominal: Array) -> Array:
         rotation, shift, _ = best_fits(unloaded.position[mine], nominal[None, mine])
         found[mine] = nominal[mine] - unloaded.position[mine] @ rotation[0].T - shift[0]
     return found
+
+
+def settled(few: Unloaded, *, markers: bool, joint: int | None = None) -> Unloaded:
+    """The readings with the markers, and the zero of a joint, that fit best to the arm.
+
+    What a shift and a turn of the frames do as well stays as it is.
+
+    Args:
+        few: The readings.
+        markers: Whether the markers are free in the flange frame.
+        joint: Joint whose values may all be larger by as much; None for no joint.
+
+    Source: ours; Gauss-Newton, the frames of the stations projected out.
+    """
+    count = len(few.markers)
+    for _ in range(_STEPS):
+        nominal = few.nominal()[0]
+        posture = Posture(few.robot, few.q)
+        columns = np.zeros((len(few), 3, 3 * count * markers + (joint is not None)))
+        if markers:
+            turned = posture.bodies[-1][:3].transpose(2, 1, 0)[few.case]  # (R, 3, 3)
+            for k in range(count):
+                mine = few.marker == k
+                columns[mine, :, 3 * k : 3 * k + 3] = turned[mine]
+        if joint is not None:
+            columns[:, :, -1] = _moved_by(posture, few, joint)
+        flat, open_ = columns.reshape(3 * len(few), -1), residuals(few, nominal).reshape(-1)
+        size = np.linalg.norm(flat, axis=0)
+        row = np.repeat(few.station, 3)
+        for number in np.unique(few.station):
+            frame = _frame(nominal[few.station == number])
+            own = row == number
+            flat[own] -= frame @ (frame.T @ flat[own])
+            open_[own] -= frame @ (frame.T @ open_[own])
+        scale = np.where(np.linalg.norm(flat, axis=0) > _SEEN * size, 1.0, 0.0)
+        step = -np.linalg.lstsq(flat * scale, open_, rcond=_SEEN)[0] * scale
+        if joint is not None:
+            if not abs(step[-1]) < np.pi:
+                break
+            q = np.array(few.q)
+            q[:, joint] += step[-1]
+            few = replace(few, q=q)
+        if markers:
+            few = replace(few, markers=few.markers + step[: 3 * count].reshape(-1, 3))
+        if np.abs(step).max(initial=0.0) < _AT_REST:
+            break
+    return few
+
+
+def _moved_by(posture: Posture, few: Unloaded, joint: int) -> Array:
+    """(R, 3) how each marker moves with a joint."""
+    columns = [posture.point_jacobian(posture.point(m))[:, joint].T for m in few.markers]
+    return np.array(columns)[few.marker, few.case]
+
+
+def _frame(points: Array) -> Array:
+    """(3R, 6) orthonormal columns of small shifts and turns of points (R, 3)."""
+    arm = points - points.mean(axis=0)
+    columns = np.zeros((len(points), 3, 6))
+    for k, axis in enumerate(np.eye(3)):
+        columns[:, k, k] = 1.0
+        columns[:, :, 3 + k] = np.cross(axis, arm)
+    return np.linalg.qr(columns.reshape(-1, 6))[0]

@@ -79,6 +79,8 @@ class Positions:
         torque: (N, n) joint torques, or forces, that the controller measured [N·m, N]; none if not
             given.
         foot: Readings of reflectors that stand still; None if there are none.
+        apart: Root mean square distance of the positions from the arm as drawn, with bases and
+            reflectors that fit best [m]; NaN if it is not known.
         own_uncertainty: Whether the covariance came with the readings (True) or from the
             instrument of the study (False).
         source: File they were read from, or how they were made.
@@ -104,6 +106,7 @@ class Positions:
     time: Array = field(default_factory=unset)
     torque: Array = field(default_factory=unset)
     foot: FootReadings | None = None
+    apart: float = float("nan")
     own_uncertainty: bool = False
     source: str = ""
     sha256: str = ""

@@ -8,10 +8,11 @@ from rich.table import Table
 from rich.text import Text
 
 from elastocal.measuring.measurements import Measurements
+from elastocal.measuring.positions import Positions
 from elastocal.robot.chain import Robot
 from elastocal.terminal.console import numbers, out, whole
 from elastocal.wording import ended, worded
-from elastocal.wording.placements import distance
+from elastocal.wording.placements import distance, from_drawing
 
 _SHOWN = 12
 
@@ -49,6 +50,51 @@ def show_measurements(found: Measurements, robot: Robot) -> None:
         joints = (f"{value + 0.0:.6g}" for value in shown[i])
         loads = numbers(wrench[:3]), numbers(wrench[3:])
         table.add_row(Text(found.names[i][:30]), *joints, *loads, *(f"{v:.4g}" for v in largest[i]))
+    whole(table)
+    if n > _SHOWN:
+        out.print(f"… and {n - _SHOWN} more")
+    for remark in (*found.remarks, *map(worded, found.doubts)):
+        out.print(Text(f"Note: {ended(remark)}", style="yellow"))
+
+
+def show_positions(found: Positions, robot: Robot) -> None:
+    """Poses with the spread of their readings, the noise, how far the arm is, and what is odd."""
+    n, tool = len(found.cases), found.tool
+    out.print(Text(f"{found.source}: {_count(len(found), 'reading')} of {_count(n, 'pose')}"))
+    per_marker = np.bincount(found.marker, minlength=len(tool.targets))
+    parts = [f"{name} {c}×" for name, c in zip(tool.targets, per_marker, strict=True)]
+    if found.foot is not None:
+        each = np.bincount(found.foot.reflector, minlength=len(found.foot.names))
+        parts += [f"{name} {c}× (still)" for name, c in zip(found.foot.names, each, strict=True)]
+    out.print(Text(f"Reflectors of tool {tool.name!r}: {', '.join(parts)}"))
+    for what, names in (("Stations", found.stations), ("Mountings", found.mountings)):
+        if len(names) > 1:
+            out.print(Text(f"{what}: {', '.join(names)}"))
+    carried = np.bincount(found.payload + 1, minlength=len(found.payloads) + 1)
+    if found.payloads:
+        loads = zip(("nothing", *found.payloads), carried.tolist(), strict=True)
+        out.print(Text(f"Carried: {', '.join(f'{name} in {c} poses' for name, c in loads if c)}"))
+    whence = "of the readings" if found.own_uncertainty else "of the instrument"
+    deviation = 1e3 * np.sqrt(np.einsum("rii->ri", found.covariance))
+    ranges = " and ".join(
+        f"{noise.min():.4g} … {noise.max():.4g} {unit}"
+        for unit, own in (("mm", ~found.rotations), ("mrad", found.rotations))
+        if own.any()
+        for noise in [deviation[own]]
+    )
+    out.print(f"Noise {whence}: {ranges}, standard deviation of one coordinate")
+    if np.isfinite(found.apart):
+        said = from_drawing(found.apart)
+        out.print(Text(ended(said[0].upper() + said[1:])))
+    table = Table(box=box.SIMPLE_HEAD)
+    for column in ("pose", *robot.joint_names, "x mm", "y mm", "z mm"):
+        table.add_column(column, justify="right")
+    shown = robot.shown_scale * found.cases.q
+    first = {int(found.case[r]): r for r in np.flatnonzero(~found.rotations)[::-1].tolist()}
+    for i in range(min(n, _SHOWN)):
+        joints = [f"{value + 0.0:.6g}" for value in shown[i]]
+        place = [f"{1e3 * v:.3f}" for v in found.value[first[i]]] if i in first else [""] * 3
+        table.add_row(Text(found.names[i][:30]), *joints, *place)
     whole(table)
     if n > _SHOWN:
         out.print(f"… and {n - _SHOWN} more")

@@ -36,12 +36,22 @@ def by_best_fit(rms: float, turn_error: float, count: int, largest: float) -> st
     )
 
 
+def from_drawing(rms: float) -> str:
+    """How far absolute readings are from the arm as drawn [m]."""
+    return (
+        f"positions are {_mm(rms)} mm (RMS) from where the joint values put the arm as drawn, with "
+        "the base and the reflectors that fit best"
+    )
+
+
 def unlike_arm(doubt: Doubt) -> str:
     """That they do not fit, and what would explain it."""
     numbers = doubt.numbers
     away = (
         f"unloaded markers are {_mm(numbers['rms'])} mm (RMS) from where joints and tool put them, "
         "even after the best rotation and shift"
+        if "apart" in numbers
+        else from_drawing(numbers["rms"])
     )
     if not doubt.because:
         return (
@@ -127,9 +137,17 @@ def _markers(doubt: Doubt) -> str:
     )
 
 
+def _mirrored(_: Doubt) -> str:
+    return (
+        "they were mirrored: are two of the columns x, y, z exchanged, or does one have the other "
+        "sign?"
+    )
+
+
 _WHY: Mapping[str, Callable[[Doubt], str]] = {
     "scale": _scale,
     "joint-unit": _joint_unit,
+    "mirrored": _mirrored,
     "sign": _signs,
     "quarter": _zero,
     "controller": _controller,
@@ -150,6 +168,21 @@ def _turned(doubt: Doubt) -> str:
     )
 
 
+def _probe(doubt: Doubt) -> str:
+    off = _deg(doubt.numbers["off"])
+    turned = f"from pose to pose the probe turns {off}° (RMS) otherwise than the arm"
+    if doubt.about:
+        mended = _deg(doubt.numbers["mended"])
+        return f"{turned}; {mended}° if {doubt.about[0]} counts the other way"
+    if not doubt.because:
+        return f"{turned}: do 'orientation' and the unit of the angles say what these are?"
+    other = doubt.because[0]
+    mended = _deg(doubt.numbers["mended"])
+    if other == "inverse":
+        return f"{turned}; {mended}° if the orientations are those of the tracker in the probe"
+    return f"{turned}; {mended}° if 'orientation' were {other}"
+
+
 def _mm(length: float) -> str:
     """Millimetres, no tenths where there are tens."""
     return f"{1e3 * length:.0f}" if length >= 1e-2 else f"{1e3 * length:.2g}"
@@ -162,4 +195,5 @@ def _deg(angle: float) -> str:
 SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     "unlike-arm": unlike_arm,
     "readings-turned": _turned,
+    "probe-turned": _probe,
 }

@@ -15,6 +15,7 @@ import numpy as np
 
 from elastocal.arrays import Array, BoolArray, IntArray, unset
 from elastocal.errors import MeasurementFileError
+from elastocal.files.measurements.absolute_doubts import with_arm
 from elastocal.files.measurements.columns import (
     ANGLES,
     AXES,
@@ -78,10 +79,10 @@ def read_positions(
     files = used_alone(files, optional, () if study.tool.rotation else _TURNED)
     _check_columns(files, study)
     table, left = rows_of(files)
-    shown = _positions(table, study, files)
+    shown, angles = _positions(table, study, files)
     found = within_limits(shown, study.robot)
     free = files.free
-    return replace(
+    found = replace(
         found,
         source=files.source,
         sha256=files.sha256,
@@ -92,6 +93,7 @@ def read_positions(
             *position_doubts(found, study.robot, files.units(), shown.cases.q),
         ),
     )
+    return with_arm(found, study, angles, _convention(files.mapping))
 
 
 def _may_lack(key: str, *, foot: bool) -> bool:
@@ -148,8 +150,13 @@ def _check_columns(files: OpenFiles, study: AbsoluteStudy) -> None:
         kind_of_uncertainty(found, where, of)
 
 
-def _positions(table: Table, study: AbsoluteStudy, files: OpenFiles) -> Positions:
-    """Positions without their source."""
+def _convention(mapping: FieldMapping | None) -> str:
+    """What three angles of a probe are."""
+    return (mapping.orientation if mapping else None) or VECTOR
+
+
+def _positions(table: Table, study: AbsoluteStudy, files: OpenFiles) -> tuple[Positions, Array]:
+    """Positions without their source, and the angles of their orientations as they were read."""
     mapping = files.mapping
     keep = usable(table)
     said = []
@@ -185,7 +192,7 @@ def _positions(table: Table, study: AbsoluteStudy, files: OpenFiles) -> Position
     once, more = _once(arm, case, target, station, value, row, turn)
     first = first_rows(grouping.codes, len(grouping.names))  # of each pose; `told_apart` by both
     of_arm = np.flatnonzero(~still)[row][once]
-    return Positions(
+    positions = Positions(
         study.tool,
         cases,
         grouping.names,
@@ -205,6 +212,8 @@ def _positions(table: Table, study: AbsoluteStudy, files: OpenFiles) -> Position
         own_uncertainty=own,
         remarks=(*said, *more),
     )
+    turned = row[once][target[once] == turn]
+    return positions, arm.vectors(ANGLES)[turned] if arm.has(*ANGLES) else np.zeros((0, 3))
 
 
 def _readings(
@@ -258,8 +267,7 @@ def _orientations(arm: Table, mapping: FieldMapping | None) -> tuple[BoolArray, 
         )
     read = ~empty[:, 0]
     if keys == ANGLES:
-        convention = (mapping.orientation if mapping else None) or VECTOR
-        return read, from_angles(values[read], convention)
+        return read, from_angles(values[read], _convention(mapping))
     length = np.linalg.norm(values[read], axis=1)
     wrong = np.flatnonzero(np.abs(length - 1.0) > LENGTH)
     if len(wrong):
