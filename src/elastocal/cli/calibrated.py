@@ -6,7 +6,8 @@ Imported by the commands when they run.
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,10 +15,16 @@ import numpy as np
 from elastocal.arrays import Array
 from elastocal.calibration.calibrated_robot import CalibratedRobot
 from elastocal.calibration.for_controller import for_controller
+from elastocal.calibration.placed import TCP, carried_point
 from elastocal.cli.common import print_json, replaceable, writable
-from elastocal.cli.inputs import sources_of
+from elastocal.cli.corrected import path_program_of, refuse_undrivable
+from elastocal.cli.inputs import joint_values, load, sources_of
+from elastocal.cli.programs import converted
+from elastocal.compensation.calibrated import compensate_calibrated
 from elastocal.errors import InputError
 from elastocal.files.models.calibration_file import read_calibration
+from elastocal.files.paths.corrected_file import corrected_document, write_corrected
+from elastocal.files.paths.path_file import read_path
 from elastocal.files.robots.controller_table import KIND as TABLE
 from elastocal.files.robots.controller_table import controller_table
 from elastocal.files.robots.dh_file import KIND as DH
@@ -28,6 +35,7 @@ from elastocal.files.robots.urdf_file import KIND as URDF
 from elastocal.files.robots.urdf_file import calibrated_urdf, urdf_entry
 from elastocal.files.study.absolute_file import read_any_study
 from elastocal.files.texts import file_hash, json_text, text_hash
+from elastocal.programs.writers import Settings
 from elastocal.robot.sinks.dh import dh_table, refuse_unlike
 from elastocal.study.absolute import AbsoluteStudy
 from elastocal.study.study import Study
@@ -41,6 +49,33 @@ KINDS = {
     "table": (".csv", TABLE),
 }
 """By word: how the file ends, and what we write it as."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """A path to correct, as the command line says it.
+
+    Attributes:
+        path: The file.
+        force: Force of every point [N]; None if the file says, or nothing acts.
+        torque: Torque of every point [N·m], likewise.
+        start: Where to start, for paths of poses.
+        station: Name of the station in whose frame the task is.
+        tracker: Whether poses are given in that frame.
+        mounting: Name of the mounting.
+        payload: Name of what hangs on the flange, or none.
+        point: The TCP, or a reflector.
+    """
+
+    path: Path
+    force: tuple[float, float, float] | None
+    torque: tuple[float, float, float] | None
+    start: str | None
+    station: str | None
+    tracker: bool
+    mounting: str | None
+    payload: str | None
+    point: str | None
 
 
 @dataclass(frozen=True)
@@ -170,3 +205,87 @@ def _dh(calibrated: CalibratedRobot, about: list[str], *, modified: bool) -> _Ma
 
 def _turned(T: Array) -> bool:
     return bool(np.abs(T - np.eye(4)).max() > 1e-12)
+
+
+def compensate_by_calibration(
+    study_file: Path,
+    model: Path,
+    task: Task,
+    out: Path,
+    to: str | None,
+    refused: Mapping[str, object],
+    *,
+    script_node: bool,
+    force: bool,
+    as_json: bool,
+) -> None:
+    """Correct a path for all that a calibration found.
+
+    Raises:
+        InputError: an option that does not go with it, a wrong name, a file that must stay.
+        InfeasibleError: points that cannot be corrected.
+    """
+    if given := [option for option, value in refused.items() if value]:
+        raise InputError(f"{given[0]} does not go with a calibrated robot, which has its own")
+    inputs = [study_file, model, task.path]
+    writable(out, *inputs, suffix=".csv")
+    study, calibrated, _ = calibrated_with(model, study_file)
+    inputs += sources_of_any(study, study_file)
+    writable(out, *inputs)
+    replaceable(out, "corrected path", force=force)
+    station, mounting = calibrated.station(task.station), calibrated.mounting(task.mounting)
+    carried = carried_point(calibrated, mounting, task.point or TCP)
+    robot = calibrated.model.robot
+    wanted = read_path(
+        task.path,
+        robot,
+        replace(calibrated.model.tool, tcp=carried.drawn),
+        _start(study, task.start),
+        load(task.force, task.torque),
+        frame=np.linalg.inv(calibrated.state.base[station]) if task.tracker else None,
+        idle=True,
+    )
+    done = compensate_calibrated(
+        calibrated,
+        wanted.cases,
+        station=station,
+        mounting=mounting,
+        payload=_payload(calibrated, study, task.payload),
+        point=carried.name,
+    )
+    if as_json:
+        print_json(corrected_document(done, wanted))
+    else:
+        from elastocal.terminal.compensations import show_compensation
+
+        show_compensation(done, wanted, None)
+    refuse_undrivable(done, wanted)
+    settings = Settings(coupling=converted(study), script_node=script_node)
+    told = []
+    if to:  # first, for it can be refused
+        told = path_program_of(study, done, wanted, to, settings, out, inputs, [model], force=force)
+    write_corrected(done, wanted, out)
+    if not as_json:
+        print("\n".join([*told, f"wrote {out}"]))
+
+
+def _start(study: Study | AbsoluteStudy, text: str | None) -> Array:
+    """Configuration near the first pose: as named, or the middle of the joint ranges."""
+    robot = study.robot
+    if text is not None:
+        return joint_values(text, robot, "start")
+    lower = np.where(np.isfinite(robot.lower), robot.lower, 0.0)
+    upper = np.where(np.isfinite(robot.upper), robot.upper, 0.0)
+    return np.asarray(0.5 * (lower + upper))
+
+
+def _payload(calibrated: CalibratedRobot, study: Study | AbsoluteStudy, name: str | None) -> int:
+    """Number of what hangs on the flange: as named, else what the study says, else nothing."""
+    names = [payload.name for payload in calibrated.model.payloads]
+    usual = study.payload if isinstance(study, AbsoluteStudy) else ""
+    wanted = usual if name is None else name
+    if wanted in ("", "none"):
+        return -1
+    if wanted not in names:
+        raise InputError(f"no payload {wanted!r}; there are {', '.join([*names, 'none'])}")
+    return names.index(wanted)

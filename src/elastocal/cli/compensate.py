@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -22,19 +22,15 @@ from elastocal.cli.common import (
     replaceable,
     writable,
 )
-from elastocal.errors import InfeasibleError, InputError
-
-if TYPE_CHECKING:
-    from elastocal.compensation.compensate import Compensation
-    from elastocal.files.paths.path_file import ToolPath
-    from elastocal.programs.writers import Settings
-    from elastocal.study.study import Study
+from elastocal.errors import InputError
 
 
 @app.command("compensate")
 def compensate_command(
     study_file: StudyPath,
-    model: Annotated[Path, typer.Argument(help="Compliances (JSON).", show_default=False)],
+    model: Annotated[
+        Path, typer.Argument(help="Compliances, or calibrated robot (JSON).", show_default=False)
+    ],
     path: Annotated[Path, typer.Argument(help="Path (CSV).", show_default=False)],
     out: Annotated[Path, typer.Option("--out", "-o", help="Corrected path to write.")] = Path(
         "corrected.csv"
@@ -55,10 +51,52 @@ def compensate_command(
         typer.Option(help=f"Robot program to write beside: {CONTROLLERS}."),
     ] = None,
     for_script_node: ScriptNode = False,
+    station: Annotated[
+        str | None, typer.Option(help="Of a calibrated robot: station in whose frame the task is.")
+    ] = None,
+    tracker: Annotated[
+        bool, typer.Option("--tracker", help="Poses of the path are in the frame of the station.")
+    ] = False,
+    mounting: Annotated[
+        str | None, typer.Option(help="Of a calibrated robot: mounting of its tool.")
+    ] = None,
+    payload: Annotated[
+        str | None, typer.Option(help="Of a calibrated robot: what hangs on its flange, or none.")
+    ] = None,
+    point: Annotated[
+        str | None, typer.Option(help="Of a calibrated robot: TCP, or the reflector to be there.")
+    ] = None,
     force: Overwrite = False,
     as_json: Json = False,
 ) -> None:
-    """Correct a path for the deflection under its load; say what error remains."""
+    """Correct a path for the deflection under its load, and for what else a calibration found."""
+    from elastocal.files.models.calibration_kind import is_calibration
+
+    given_besides = {
+        "--station": station,
+        "--tracker": tracker or None,
+        "--mounting": mounting,
+        "--payload": payload,
+        "--point": point,
+    }
+    if is_calibration(model):
+        from elastocal.cli.calibrated import Task, compensate_by_calibration
+
+        refused = {
+            "--model": more,
+            "--tool": tool,
+            "--truth": truth,
+            "--rule": None if rule == "nonlinear" else rule,
+        }
+        wanted = Task(path, force_n, torque_nm, start, station, tracker, mounting, payload, point)
+        compensate_by_calibration(
+            study_file, model, wanted, out, to, refused,
+            script_node=for_script_node, force=force, as_json=as_json,
+        )  # fmt: skip
+        return
+    if others := [option for option, value in given_besides.items() if value is not None]:
+        raise InputError(f"{others[0]} is for calibrated robots, which {model} is not")
+    from elastocal.cli.corrected import path_program_of, refuse_undrivable
     from elastocal.cli.inputs import errors_of, load, models_at, sources_of, start_of, tool_called
     from elastocal.cli.programs import converted
     from elastocal.compensation.compensate import RULES, residual
@@ -100,63 +138,11 @@ def compensate_command(
 
         show_compensation(done, task, remaining)
         show_stiffness(there)
-    _refuse(done, task)
+    refuse_undrivable(done, task)
     # The program first: it can be refused.
     models = [model, *(more or [])]
     settings = Settings(coupling=converted(study), script_node=for_script_node)
-    told = _program(study, done, task, to, settings, out, given, models, force) if to else []
+    told = path_program_of(study, done, task, to, settings, out, given, models, force) if to else []
     write_corrected(done, task, out)
     if not as_json:
         print("\n".join([*told, f"wrote {out}"]))
-
-
-def _program(
-    study: Study,
-    done: Compensation,
-    task: ToolPath,
-    to: str,
-    settings: Settings,
-    out: Path,
-    given: list[Path],
-    models: list[Path],
-    force: bool,
-) -> list[str]:
-    """Write the corrected path as a robot program, named after the corrected file; what to tell."""
-    from elastocal.cli.programs import said, write_program
-    from elastocal.files.texts import file_hash
-    from elastocal.programs.robot_program import Provenance, path_program
-
-    program = path_program(
-        study.robot,
-        done.q,
-        name=out.stem,
-        purpose=f"Path {Path(task.source).name} corrected for its loads, {done.rule} rule.",
-        provenance=Provenance(
-            study.name,
-            task.sha256,
-            of="path",
-            beside=tuple(
-                (what, file_hash(file))
-                for what, files in (("model", models), ("study", given[:1]))
-                for file in files
-            ),
-        ),
-    )
-    files = write_program(program, to, settings, out.parent, *given, out, force=force)
-    return said(files, to, settings)
-
-
-def _refuse(done: Compensation, task: ToolPath) -> None:
-    """Write nothing that cannot be driven: name the first point and how many there are."""
-    from elastocal.wording import together
-
-    for wrong, what in (
-        (~done.converged, "cannot be corrected"),
-        (done.beyond_limits.any(axis=1), "would leave the joint limits"),
-    ):
-        if wrong.any():
-            i = int(wrong.argmax())
-            raise InfeasibleError(
-                f"{task.source}: {int(wrong.sum())} of {len(done)} points {what}, the first is "
-                f"point {task.names[i]} in line {task.lines[i]}: {together(done.doubts[i])}"
-            )

@@ -13,6 +13,7 @@ from elastocal.files.texts import read_text
 from elastocal.programs.robot_program import RobotProgram
 from elastocal.programs.writers import NEWLINES, Settings, export, start, too_long
 from elastocal.robot.controller_axes import Coupling
+from elastocal.study.absolute import AbsoluteStudy
 from elastocal.study.study import Study
 from elastocal.writing import write_text
 
@@ -21,7 +22,7 @@ _PARTS = 2  # files of a program of one page, at most
 _SHOWN = 4  # files that are named one by one
 
 
-def converted(study: Study) -> Coupling | None:
+def converted(study: Study | AbsoluteStudy) -> Coupling | None:
     """What the controller shows, if that is something else than the model has."""
     coupling = study.controller
     return None if coupling is None or coupling.is_identity else coupling

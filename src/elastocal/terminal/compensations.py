@@ -22,7 +22,7 @@ def show_compensation(done: Compensation, task: ToolPath, residual: Array | None
     out.print(
         Text(
             f"{good} of {count} points corrected, {done.rule} rule, tool {done.arm.tool.name!r}, "
-            f"compliances of {_springs(done)}"
+            f"{'geometry and ' if done.calibrated else ''}compliances of {_springs(done) or 'none'}"
         )
     )
     table = Table(box=box.SIMPLE_HEAD, title="Position error of the TCP", title_justify="left")
@@ -45,7 +45,7 @@ def show_compensation(done: Compensation, task: ToolPath, residual: Array | None
             values = [_mm(v) for v in (rms, np.nanmean(sizes), sizes[worst])]
             table.add_row(title, *values, Text(task.names[worst] if values[-1] != "0" else ""))
     whole(table)
-    if not done.model.covariance.any():
+    if not done.covariance.any():
         out.print("The model has no covariance: it is taken as exact, ρ0 is zero.")
     else:
         out.print(Text(_limit(done, residual)))
@@ -74,9 +74,10 @@ def _springs(done: Compensation) -> str:
 
 def _limit(done: Compensation, residual: Array | None) -> str:
     """What stays below the limit, and whether it does in truth."""
+    what = "what was calibrated is" if done.calibrated else "the compliances are"
     said = (
-        f"With 95 % the RMS over all points is below {micrometres(done.limit)}, as far as the "
-        "compliances are uncertain"
+        f"With 95 % the RMS over all points is below {micrometres(done.limit)}, as far as {what} "
+        "uncertain"
     )
     if residual is None or not np.isfinite(residual).all():
         return f"{said}."
@@ -88,6 +89,11 @@ def _limit(done: Compensation, residual: Array | None) -> str:
 def _besides(done: Compensation) -> str:
     """What stands beside ρ0: what the model was seen to lack, and the floor."""
     told = []
+    if done.calibrated:
+        return (
+            f"Beside ρ0 stand {micrometres(done.model.model_error)} that the calibrated robot "
+            "leaves of any reading, beyond the noise of the instrument."
+        )
     if done.model.model_error > 0.0:
         told.append(
             f"{micrometres(done.model.model_error)} by which left-out experiments were off, more "

@@ -66,6 +66,7 @@ def corrected_document(
         point["before_mm"] = _listed(1e3 * done.before[i])
         point["after_mm"] = _listed(1e3 * done.after[i])
         point["rho0_mm"] = float(1e3 * done.rho0[i])
+        point["expected_mm"] = float(1e3 * done.expected[i])
         if residual is not None:
             point["residual_mm"] = _listed(1e3 * residual[i])
         point |= {
@@ -81,6 +82,7 @@ def corrected_document(
         "path": {"file": task.source, "sha256": task.sha256, "remarks": list(task.remarks)},
         "model": done.model.source,
         "tool": done.arm.tool.name,
+        "limit_95_mm": 1e3 * done.limit,
         "notes": [worded(note) for note in done.notes],
         "points": points,
     }

@@ -61,6 +61,9 @@ def read_path(
     tool: Tool,
     start: Array,
     wrench: Array | None = None,
+    *,
+    frame: Array | None = None,
+    idle: bool = False,
 ) -> ToolPath:
     """The path in a file.
 
@@ -70,6 +73,8 @@ def read_path(
         tool: Tool of the task.
         start: (n,) configuration near the first point, for paths of poses [rad or m].
         wrench: (6,) wrench of every point, base frame [N, N·m]; None if the file has them.
+        frame: (4, 4) frame of the poses in that of the base [m]; they are the same if None.
+        idle: Whether a path without loads is one without loads, where nothing is said of them.
 
     Raises:
         PathFileError: what is wrong with the file, with line and column.
@@ -84,18 +89,23 @@ def read_path(
     joints = _has_joints(table, robot)
     position = [name for name in _POSITION if name in table.names]
     form = None
+    if joints and frame is not None:
+        raise PathFileError(
+            f"{path}, line {table.header_line}: joint values are in no frame; expected poses of "
+            "the TCP, x [mm], y [mm], z [mm]"
+        )
     if joints:
         q = _configurations(table, robot)
     elif len(position) == 3:
         form = _checked_form(table, robot)
-        q = _followed(table, robot, tool, form, start)
+        q = _followed(table, robot, tool, form, start, np.eye(4) if frame is None else frame)
     else:
         raise PathFileError(
             f"{path}, line {table.header_line}: expected the joints "
             f"{', '.join(robot.joint_names)} with [deg] or [mm], or x [mm], y [mm], z [mm] of the "
             f"TCP; found {', '.join(n for n in table.names if n) or 'no names'}"
         )
-    wrenches, loads = _wrenches(table, robot, q, wrench)
+    wrenches, loads = _wrenches(table, robot, q, wrench, idle=idle)
     read = {"point", *loads, *(robot.joint_names if joints else _POSITION)}
     left_out = [n for n in table.names if n and n not in read | set(form.columns if form else ())]
     remarks = [f"columns not read: {', '.join(left_out)}"] if left_out else []
@@ -165,13 +175,15 @@ def _checked_form(table: TextTable, robot: Robot) -> Form | None:
     return form
 
 
-def _followed(table: TextTable, robot: Robot, tool: Tool, form: Form | None, start: Array) -> Array:
+def _followed(
+    table: TextTable, robot: Robot, tool: Tool, form: Form | None, start: Array, frame: Array
+) -> Array:
     """(N, n) configurations of poses, each the nearest one to that before."""
     count = len(table.rows)
-    targets = np.zeros((count, 4, 4))
+    targets = np.tile(np.eye(4), (count, 1, 1))
     targets[:, :3, 3] = table.numbers(_POSITION, LENGTHS)
     targets[:, :3, :3] = read_orientations(table, form) if form else np.eye(3)
-    q, last = follow(robot, tool.tcp, targets, start)
+    q, last = follow(robot, tool.tcp, frame @ targets, start)
     if not last.found:
         off = f"{1e3 * last.distance:.4g} mm"
         turn = f" and {np.degrees(last.turn):.3g}°" if last.turn > 1e-6 else ""
@@ -185,7 +197,7 @@ def _followed(table: TextTable, robot: Robot, tool: Tool, form: Form | None, sta
 
 
 def _wrenches(
-    table: TextTable, robot: Robot, q: Array, wrench: Array | None
+    table: TextTable, robot: Robot, q: Array, wrench: Array | None, *, idle: bool
 ) -> tuple[Array, tuple[str, ...]]:
     """(N, 6) wrenches in the base frame, and the columns they come from."""
     where = f"{table.path}, line {table.header_line}"
@@ -208,6 +220,8 @@ def _wrenches(
             f"{where}: the file has loads (column {(found[0][1] + found[0][2])[0]!r}) and one for "
             "all points is given too; keep one"
         )
+    if not found and wrench is None and idle:
+        return np.zeros((len(q), 6)), ()
     if not found and wrench is None:
         raise PathFileError(
             f"{where}: no load; expected columns Fx [N], Fy [N], Fz [N] in the base frame, or "
