@@ -100,9 +100,11 @@ def calibrate(
     for _ in range(_ROUNDS):
         fit = solved(model, positions, parameters, state, noise)
         before, state = noise, fit.state
-        told = told_by(parameters, noise.over(fit.found.rows))
+        rows = noise.over(fit.found.rows)
+        told = told_by(parameters, rows)
+        spread = fit.found.rows @ _root(parameters, rows)
         bounded = noise.weight[:, None] * fit.found.error / np.sqrt(usual_share(loss))
-        noise = found_noise(noise, bounded, told)
+        noise = found_noise(noise, bounded, told, spread)
         if loss.tamer is not None:
             size = np.linalg.norm(in_full(noise).over(fit.found.error[..., None])[..., 0], axis=1)
             noise = replace(noise, weight=loss.weight(size))
@@ -192,6 +194,18 @@ def told_by(parameters: Parameters, rows: Array) -> float:
     scale = 1.0 / np.sqrt(np.diagonal(whole))
     both = np.outer(scale, scale)
     return float(np.trace(np.linalg.solve(whole * both, data * both)))
+
+
+def _root(parameters: Parameters, rows: Array) -> Array:
+    """(U, U) a root of the covariance of the unknowns, by rows over the noise (R, 3, U)."""
+    flat = rows.reshape(-1, len(parameters)) * ~parameters.held
+    information = flat.T @ flat + parameters.rows.T @ parameters.rows
+    information[parameters.held, parameters.held] = 1.0
+    scale = 1.0 / np.sqrt(np.diagonal(information))
+    lower = np.linalg.cholesky(information * np.outer(scale, scale))
+    root = np.linalg.inv(lower).T * scale[:, None]
+    root[parameters.held] = 0.0
+    return np.asarray(root)
 
 
 def left_out_errors(

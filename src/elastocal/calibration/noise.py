@@ -71,10 +71,18 @@ def instrument_alone(positions: Positions) -> Noise:
     return Noise(positions, zero, zero, zero, np.ones(len(positions)))
 
 
-def found_noise(noise: Noise, error: Array, told: float) -> Noise:
+def found_noise(noise: Noise, error: Array, told: float, spread: Array | None = None) -> Noise:
     """The noise that errors (R, 3) of a fit have, which knows `told` combinations from them.
 
-    Source: ours; moments of what reflectors of a pose have in common, and do not.
+    Args:
+        noise: The noise with which was fitted.
+        error: (R, 3) errors of the fit [m, rad].
+        told: How many numbers the fit took from the readings.
+        spread: (R, 3, U) a root of the covariance of what the fit says of the readings [m, rad]:
+            what reflectors of a pose have in common it takes from otherwise than what each has.
+
+    Source: ours; moments of what reflectors of a pose have in common, and do not. Errors of a fit
+    have the covariance of the readings less that of the fit.
     """
     p, stations = noise.positions, len(noise.positions.stations)
     free = max(1.0 - told / (3.0 * len(p)), 1.0 / (3.0 * len(p)))
@@ -89,18 +97,30 @@ def found_noise(noise: Noise, error: Array, told: float) -> Noise:
             own[s] = _beyond(error, p.covariance, at, free)
             continue
         r = np.flatnonzero(at & several)
-        k, count = size[p.case[r]], len(p.cases)
-        mean = _sums(error[r], p.case[r], count) / np.maximum(size, 1)[:, None]
-        within = ((error[r] - mean[p.case[r]]) ** 2).sum()
-        own_noise = np.einsum("rii->r", p.covariance[r])
-        poses = int((size > 1).sum())
-        inner = 3.0 * (len(r) - poses) * free
-        noisy = float((own_noise * (1.0 - 1.0 / k)).sum()) * free
-        own[s] = np.sqrt(max(within - noisy, 0.0) / inner)
-        between = float((mean[size > 1] ** 2).sum())
-        told_of = float((own_noise / k**2).sum()) + 3.0 * own[s] ** 2 * (1.0 / size[size > 1]).sum()
-        shared[s] = np.sqrt(max(between - told_of * free, 0.0) / (3.0 * poses * free))
+        k, poses = size[p.case[r]], int((size > 1).sum())
+        each = np.einsum("rii->r", p.covariance[r])
+        within, between = _apart(error[r], p.case[r], size)
+        inner, noisy = 3.0 * (len(r) - poses), float((each * (1.0 - 1.0 / k)).sum())
+        outer, mixed = 3.0 * float((1.0 / size[size > 1]).sum()), float((each / k**2).sum())
+        free_within = free_between = free
+        if spread is not None:
+            taken = _apart(spread[r].reshape(len(r), -1), p.case[r], size)
+            before = noisy + inner * noise.own[s] ** 2
+            free_within = max(1.0 - taken[0] / before, 1.0 / inner)
+            before = mixed + outer * noise.own[s] ** 2 + 3.0 * poses * noise.shared[s] ** 2
+            free_between = max(1.0 - taken[1] / before, 1.0 / (3.0 * poses))
+        own[s] = np.sqrt(max(within / free_within - noisy, 0.0) / inner)
+        told_of = mixed + outer * own[s] ** 2
+        shared[s] = np.sqrt(max(between / free_between - told_of, 0.0) / (3.0 * poses))
     return replace(noise, own=own, shared=shared, turned=turned)
+
+
+def _apart(values: Array, case: IntArray, size: IntArray) -> tuple[float, float]:
+    """Squares of values (r, m) about their means by pose, and of the means."""
+    sums = np.zeros((len(size), values.shape[1]))
+    np.add.at(sums, case, values)
+    mean = sums / np.maximum(size, 1)[:, None]
+    return float(((values - mean[case]) ** 2).sum()), float((mean[size > 1] ** 2).sum())
 
 
 def _beyond(error: Array, covariance: Array, mine: BoolArray, free: float) -> float:
@@ -124,8 +144,3 @@ def _beyond(error: Array, covariance: Array, mine: BoolArray, free: float) -> fl
         middle = 0.5 * (low + high)
         low, high = (middle, high) if open_(middle) > 0.0 else (low, middle)
     return float(np.sqrt(high))
-
-
-def _sums(values: Array, group: IntArray, count: int) -> Array:
-    """(count, 3) sums of values (r, 3) by group."""
-    return np.stack([np.bincount(group, v, count) for v in values.T], axis=1)
