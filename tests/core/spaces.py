@@ -21,13 +21,15 @@ from elastocal.constraints import (
     Tilt,
 )
 from elastocal.elastic.absorbed import KnownErrors
-from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, InPlane, Load
+from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, InPlane, Load, ThereOrNot
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.case_errors import CaseErrors
 from elastocal.elastic.springs import VirtualJoints, joint_springs, merged
 from elastocal.elastic.unknowns import Unknowns
 from elastocal.measuring.instrument import Instrument, Isotropic, LaserTracker, PoseProbe
 from elastocal.robot.chain import Follower, Robot, Tool
+from elastocal.robot.payloads import Payload
+from elastocal.robot.shapes import BodyMass
 from elastocal.study.experiment_space import LoadCaseSpace
 from tests.arms import random_chain, random_tool
 
@@ -38,7 +40,12 @@ def random_space(seed: int, slides: list[bool], markers: int) -> LoadCaseSpace:
     robot = random_robot(rng, slides)
     tool = random_tool(rng, markers)
     rotation = bool(rng.random() < 0.4)
-    arm = ElasticArm(robot, random_springs(rng, robot), replace(tool, rotation=rotation))
+    springs = random_springs(rng, robot)
+    errors = random_errors(rng, springs) if rng.random() < 0.5 else None
+    weighs = errors is None and rng.random() < 0.5
+    arm = ElasticArm(robot, springs, replace(tool, rotation=rotation))
+    if weighs:
+        arm = weighing(rng, arm)
     n = len(robot.joints)
     return LoadCaseSpace(
         arm=arm,
@@ -48,8 +55,24 @@ def random_space(seed: int, slides: list[bool], markers: int) -> LoadCaseSpace:
         instrument=random_instrument(rng, rotation=rotation),
         limits=np.array([np.full(n, -3.0), np.full(n, 3.0)]),
         makers=random_makers(rng, arm.springs) if rng.random() < 0.5 else None,
-        errors=random_errors(rng, arm.springs) if rng.random() < 0.5 else None,
+        errors=errors,
     )
+
+
+def weighing(rng: np.random.Generator, arm: ElasticArm) -> ElasticArm:
+    """The arm with masses that count, some springs as errors of geometry, some at one marker."""
+    robot, p = arm.robot, len(arm.springs)
+    bodies = rng.integers(0, robot.last + 1, 4)
+    masses = tuple(BodyMass(int(b), rng.uniform(1.0, 50.0), rng.normal(size=3)) for b in bodies)
+    springs = replace(
+        arm.springs,
+        stiff=rng.random(p) < 0.5,
+        only=np.where(rng.random(p) < 0.7, -1, rng.integers(0, len(arm.tool.markers), p)),
+    )
+    payload = Payload("payload", 20.0, rng.normal(size=3)) if rng.random() < 0.5 else None
+    gravity = 9.81 * rng.normal(size=3)
+    heavy = replace(robot, masses=masses)
+    return ElasticArm(heavy, springs, arm.tool, gravity, payload, weighs=True)
 
 
 def random_robot(rng: np.random.Generator, slides: list[bool]) -> Robot:
@@ -111,7 +134,8 @@ def random_load(rng: np.random.Generator, size: float) -> Load:
         FreeDirection(size, vector),
         FreeDirection(size, vector, 0.8),
         InPlane(size, vector),
-    ][int(rng.integers(5))]
+        ThereOrNot(size * vector),
+    ][int(rng.integers(6))]
 
 
 def random_instrument(rng: np.random.Generator, *, rotation: bool) -> Instrument:

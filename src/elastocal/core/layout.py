@@ -36,6 +36,7 @@ class LoadKind(IntEnum):
     FIXED = 0
     DIRECTION = 1
     PLANE = 2
+    SHARE = 3
 
 
 MOST_FACES = 64
@@ -206,6 +207,12 @@ class PlainSpace(ctypes.Structure):
         ("axes", Pointer),
         ("origins", Pointer),
         ("slides", Pointer),
+        ("stiff", Pointer),
+        ("only", Pointer),
+        ("weights", Int),
+        ("heavy", Pointer),
+        ("centers", Pointer),
+        ("pulls", Pointer),
         ("share", Pointer),
         ("carried", Pointer),
         ("points", Int),

@@ -203,7 +203,57 @@ class InPlane:
         return np.asarray(np.where(vectors.any(axis=1), -angle, np.pi))
 
 
-Load = FixedVector | FreeDirection | InPlane
+@dataclass(frozen=True)
+class ThereOrNot:
+    """A given force [N] or moment [N·m], or none of it.
+
+    The design variable is its share, from 0 to 1. The information of a load case is a convex
+    quadratic of the share, so the best ones are at the ends.
+    """
+
+    value: Array
+
+    def __post_init__(self) -> None:
+        freeze(self, value=np.reshape(self.value, 3))
+        _refuse_size(self.size)
+
+    @property
+    def variables(self) -> int:
+        """Number of design variables."""
+        return 1
+
+    @property
+    def size(self) -> float:
+        """Largest norm [N or N·m]."""
+        return float(np.linalg.norm(self.value))
+
+    def decode(self, x: Array) -> Array:
+        """(3, N) vectors of design variables (1, N)."""
+        return self.value[:, None] * x
+
+    def pull(self, x: Array, cotangent: Array) -> Array:
+        """(1, N) gradient in the design variable of a gradient in the vectors."""
+        return np.asarray(self.value[None] @ cotangent)
+
+    def margin(self, vectors: Array) -> Array:
+        """(N,) how far (N, 3) vectors are from what is allowed, as minus the distance."""
+        share = np.clip(self.design(vectors), 0.0, 1.0)
+        return -np.linalg.norm(vectors - share * self.value, axis=1)
+
+    def direction_room(self, vectors: Array) -> Array:
+        """(N,) room of their directions [rad]: they have none of their own, so all."""
+        return np.full(len(vectors), np.pi)
+
+    def design(self, vectors: Array) -> Array:
+        """(N, 1) share of (N, 3) vectors."""
+        return (vectors @ self.value)[:, None] / self.size**2
+
+    def sample(self, count: int, rng: np.random.Generator) -> Array:
+        """(1, count) nothing, or all."""
+        return rng.integers(0, 2, (1, count)).astype(float)
+
+
+Load = FixedVector | FreeDirection | InPlane | ThereOrNot
 
 
 def _refuse_size(largest: float) -> None:

@@ -29,6 +29,8 @@ class ElasticArm:
         gravity: (3,) acceleration in the base frame [m/s²]; zero: the weight of the links is
             left out. It counts only for a robot whose masses are known, and for a payload.
         payload: What hangs on the flange by its weight, the last of the masses of the chain.
+        weighs: Whether nothing is taken off the readings, so that the linear model counts weights
+            as loads.
     """
 
     robot: Robot
@@ -36,6 +38,7 @@ class ElasticArm:
     tool: Tool
     gravity: Array = field(default_factory=lambda: np.zeros(3))
     payload: Payload | None = None
+    weighs: bool = False
 
     def __post_init__(self) -> None:
         freeze(self, gravity=np.reshape(self.gravity, 3))
@@ -114,6 +117,21 @@ class ElasticArm:
         weights = [body.mass for body in self.robot.masses]
         weights += [] if self.payload is None else [self.payload.mass]
         return bool(self.gravity.any() and any(weights))
+
+    @property
+    def weights(self) -> tuple[tuple[int, Array, Array], ...]:
+        """Body, centre in its frame [m] and weight [N] of all that counts in the linear model.
+
+        What hangs on the flange is on a body of its own behind all others, which is the flange.
+        Masses of bodies beside the chain, as of rods, are left out.
+        """
+        if not (self.weighs and self.sags):
+            return ()
+        robot = self.robot
+        found = [(b.body, b.center, b.mass) for b in robot.masses if b.body <= robot.last]
+        if self.payload is not None:
+            found.append((robot.bodies, self.payload.center, self.payload.mass))
+        return tuple((body, center, mass * self.gravity) for body, center, mass in found if body)
 
     def bent(self, q: Array, displacement: Array) -> Array:
         """(N, c) joint values of the chain for configurations (N, n) and springs (N, p)."""

@@ -96,6 +96,8 @@ class Regressor:
         arms: From the axes to each of them, (3, T, N) [m].
         velocities: What a unit speed of every virtual joint gives each of them, (3, p, N).
         axes: (3, T, N) axes of the twists that springs displace, mostly one each.
+        origins: (3, T, N) points on them [m].
+        joint: (T,) which of the joints of the robot has the axis, -1 if none has.
         turns: (3, p, N) how the springs turn the flange, zero for those that slide.
         sliding: (T,) which twists slide; None if none does, so that nothing is masked.
         force: (3, 1, N) force [N].
@@ -116,23 +118,37 @@ class Regressor:
                 the tool asks for them or not.
         """
         self.posture = posture
-        self.springs, self._joint, self._share = arm.twists
+        self.springs, self.joint, self._share = arm.twists
         self.rotation = rotation = rotation or arm.tool.rotation
         self.force, self.moment = wrench.T[:3, None], wrench.T[3:, None]
         self.points, self.markers = _distinct_points(arm.tool)
         self.sliding = self.springs.prismatic if self.springs.prismatic.any() else None
         self.has_moment = bool(np.any(self.moment))
-        self.axes, origins = self._twists()
-        self.turns = self._combined(self._turning(self.axes))
+        self.axes, self.origins = self._twists()
+        self.turns = self.combined(self._turning(self.axes))
         self.at = [posture.point(local)[:, None] for local in self.points]
-        self.arms = [at - origins for at in self.at]
+        self.arms = [at - self.origins for at in self.at]
         slides = self.springs.prismatic
-        self.velocities = [self._combined(velocities(self.axes, arm, slides)) for arm in self.arms]
+        self.velocities = [self.combined(velocities(self.axes, arm, slides)) for arm in self.arms]
         y = dot(self.velocities[_LOAD], self.force)
         if self.has_moment:
             y += dot(self.turns, self.moment)
+        self.stiff = arm.springs.stiff if arm.springs.stiff.any() else None
+        self.weights = Weights(arm, self) if arm.weights else None
+        if self.weights is not None:
+            y += self.weights.exerted
+        if self.stiff is not None:
+            y[self.stiff] = 1.0
         self.generalised_force = y
-        rows = [self.velocities[point] * y for point in self.markers]
+        only = arm.springs.only
+        self.moved = [
+            None if (only < 0).all() else ((only < 0) | (only == m)).astype(float)[:, None]
+            for m in range(len(self.markers))
+        ]
+        rows = [
+            self.velocities[point] * (y if moved is None else y * moved)
+            for point, moved in zip(self.markers, self.moved, strict=True)
+        ]
         if rotation:
             rows.append(self.turns * y)
         self.rows = rows[0] if len(rows) == 1 else np.concatenate(rows)
@@ -146,15 +162,22 @@ class Regressor:
         Source: reverse mode through eq. (4); the rigid-body sums are ours.
         """
         y = self.generalised_force
-        blocks = [cotangent[3 * m : 3 * m + 3] for m in range(len(self.markers))]
-        y_bar = sum(
-            dot(self.velocities[point], block)
-            for point, block in zip(self.markers, blocks, strict=True)
+        blocks = [
+            cotangent[3 * m : 3 * m + 3] if moved is None else cotangent[3 * m : 3 * m + 3] * moved
+            for m, moved in enumerate(self.moved)
+        ]
+        y_bar = np.asarray(
+            sum(
+                dot(self.velocities[point], block)
+                for point, block in zip(self.markers, blocks, strict=True)
+            )
         )
         axis_bar = None
         if self.rotation:
             y_bar = y_bar + dot(self.turns, cotangent[-3:])
             axis_bar = self._turning(self._spread(cotangent[-3:] * y))
+        if self.stiff is not None:
+            y_bar = np.where(self.stiff[:, None], 0.0, y_bar)
         if self.has_moment:
             moment = self._turning(self._spread(y_bar * self.moment))
             axis_bar = moment if axis_bar is None else axis_bar + moment
@@ -167,7 +190,10 @@ class Regressor:
             [(self.velocities[_LOAD] * y_bar).sum(axis=1), (self.turns * y_bar).sum(axis=1)]
         )
         spread = [None if bar is None else self._spread(bar) for bar in velocity_bars]
-        return self._pull_points(spread, axis_bar), wrench_bar
+        q_bar = self._pull_points(spread, axis_bar)
+        if self.weights is not None:
+            q_bar = q_bar + self.weights.pull(self._spread(y_bar[None])[0])
+        return q_bar, wrench_bar
 
     def _pull_points(self, velocity_bars: list[Array | None], axis_bar: Array | None) -> Array:
         """Gradient in q from gradients in the velocities of the points and in the axes.
@@ -210,7 +236,7 @@ class Regressor:
             return np.asarray(posture.robot.mixing[:m].T @ pulled_along)
         return pulled_along
 
-    def _combined(self, vectors: Array) -> Array:
+    def combined(self, vectors: Array) -> Array:
         """(3, p, N) for the springs of what is (3, T, N) for the twists they displace."""
         if self._share is None:
             return vectors
@@ -220,14 +246,14 @@ class Regressor:
         """(3, T, N) gradients for the twists of what is (3, p, N) for the springs."""
         if self._share is None:
             return vectors
-        return np.einsum("tp,cpN->ctN", self._share, vectors)
+        return np.asarray(np.einsum("tp,cpN->ctN", self._share, vectors))
 
     def _twists(self) -> tuple[Array, Array]:
         """Axes and origins of the virtual joints in the base frame, (3, p, N) each."""
         springs, count = self.springs, self.posture.count
-        if (self._joint >= 0).all():
+        if (self.joint >= 0).all():
             posture = self.posture
-            return posture.all_axes[:, self._joint], posture.all_origins[:, self._joint]
+            return posture.all_axes[:, self.joint], posture.all_origins[:, self.joint]
         axes = np.empty((3, len(springs), count))
         origins = np.empty((3, len(springs), count))
         for j, body in enumerate(springs.body):
@@ -242,6 +268,61 @@ class Regressor:
         vectors = vectors.copy()
         vectors[:, self.sliding] = 0.0
         return vectors
+
+
+class Weights:
+    """What weights exert on the springs of N configurations.
+
+    Attributes:
+        exerted: (p, N) generalised forces [N·m or N].
+    """
+
+    def __init__(self, arm: ElasticArm, of: Regressor) -> None:
+        self._of, self._posture = of, of.posture
+        self._weights = [
+            (body, of.posture.point(center, body), force[:, None, None])
+            for body, center, force in arm.weights
+        ]
+        slides = of.springs.prismatic
+        exerted = np.zeros(of.axes.shape[1:])
+        for body, at, force in self._weights:
+            mine = of.springs.body < body
+            velocity = velocities(of.axes[:, mine], at[:, None] - of.origins[:, mine], slides[mine])
+            exerted[mine] += dot(velocity, np.broadcast_to(force, velocity.shape))
+        self.exerted = of.combined(exerted[None])[0]
+
+    def pull(self, bar: Array) -> Array:
+        """(n, N) gradient in q of a scalar with gradient `bar` (T, N) in the twists' forces.
+
+        Source: reverse mode; every body is pushed at its centre, every twist at its axis.
+        """
+        of, posture = self._of, self._posture
+        robot, slides = posture.robot, of.springs.prismatic
+        force = np.zeros((3, robot.bodies, posture.count))
+        moment = np.zeros_like(force)
+        for number, at, pulls in self._weights:
+            body = robot.last if number == robot.bodies else number
+            for t in np.flatnonzero(of.springs.body < number).tolist():
+                joint = int(of.joint[t])
+                own = joint + 1 if joint >= 0 else int(of.springs.body[t])
+                axis, origin, given = of.axes[:, t], of.origins[:, t], pulls[:, 0] * bar[t]
+                axis_bar = given
+                if not slides[t]:
+                    arm_bar = cross(given, axis)
+                    force[:, body] += arm_bar
+                    moment[:, body] += cross(at, arm_bar)
+                    force[:, own] -= arm_bar
+                    moment[:, own] -= cross(origin, arm_bar)
+                    axis_bar = cross(at - origin, given)
+                moment[:, own] += cross(axis, axis_bar)
+        carries = robot.carries.astype(float)
+        force = np.einsum("bk,cbN->ckN", carries, force)
+        moment = np.einsum("bk,cbN->ckN", carries, moment)
+        along = dot(posture.all_axes, moment - cross(posture.all_origins, force))
+        sliding = robot.sliding
+        if sliding.any():
+            along[sliding] = dot(posture.all_axes[:, sliding], force[:, sliding])
+        return np.asarray(robot.mixing.T @ along if robot.followers else along)
 
 
 _LOAD = 0  # index of the load point among the distinct points

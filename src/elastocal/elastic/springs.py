@@ -24,6 +24,9 @@ class VirtualJoints:
         origin: (p, 3) point on the axis in the frame of that body [m].
         prismatic: (p,) True for a linear spring [m/N], False for an angular one [rad/(N·m)].
         joint: (p,) actuated joint whose axis the twist shares, -1 where it shares none.
+        stiff: (p,) True for a displacement that no load makes, as an error of the geometry: its
+            column is v_j alone, not v_j y_j.
+        only: (p,) the one marker that it moves, -1 where it moves all.
     """
 
     names: tuple[str, ...]
@@ -32,6 +35,8 @@ class VirtualJoints:
     origin: Array
     prismatic: BoolArray
     joint: IntArray = field(default_factory=lambda: frozen([], np.int64))
+    stiff: BoolArray = field(default_factory=lambda: frozen([], np.bool_))
+    only: IntArray = field(default_factory=lambda: frozen([], np.int64))
 
     def __post_init__(self) -> None:
         freeze(self, "body", dtype=np.int64)
@@ -41,6 +46,10 @@ class VirtualJoints:
         freeze(self, "prismatic", dtype=np.bool_)
         joint = self.joint if np.size(self.joint) else np.full(len(self.names), -1)
         freeze(self, joint=joint, dtype=np.int64)
+        stiff = self.stiff if np.size(self.stiff) else np.zeros(len(self.names))
+        freeze(self, stiff=stiff, dtype=np.bool_)
+        only = self.only if np.size(self.only) else np.full(len(self.names), -1)
+        freeze(self, only=only, dtype=np.int64)
 
     @property
     def kinds(self) -> tuple[JointKind, ...]:
@@ -92,6 +101,8 @@ def merged(first: VirtualJoints, second: VirtualJoints) -> VirtualJoints:
         origin=np.concatenate([first.origin, second.origin])[order],
         prismatic=np.append(first.prismatic, second.prismatic)[order],
         joint=joint[order],
+        stiff=np.append(first.stiff, second.stiff)[order],
+        only=np.append(first.only, second.only)[order],
     )
 
 
@@ -105,4 +116,6 @@ def subset(springs: VirtualJoints, names: Sequence[str]) -> VirtualJoints:
         origin=springs.origin[kept],
         prismatic=springs.prismatic[kept],
         joint=springs.joint[kept],
+        stiff=springs.stiff[kept],
+        only=springs.only[kept],
     )

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, frozen
-from elastocal.elastic.allowed_loads import FixedVector, Load
+from elastocal.elastic.allowed_loads import FixedVector, Load, ThereOrNot
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InputError
 from elastocal.study.study import Study
@@ -48,7 +48,7 @@ def in_test_poses(study: Study, count: int) -> tuple[LoadCases, IntArray]:
 
 def _like(load: Load, wanted: Array) -> Array:
     """(S, 3) vectors along those of the task (S, 3), as large as the study allows."""
-    if isinstance(load, FixedVector):
+    if isinstance(load, FixedVector | ThereOrNot):
         return np.tile(load.value, (len(wanted), 1))
     size = np.linalg.norm(wanted, axis=1, keepdims=True)
     return np.asarray(load.largest * wanted / np.where(size > 0.0, size, 1.0))

@@ -19,7 +19,7 @@ from elastocal.core.library import library as core_library
 from elastocal.design.oracle import restore
 from elastocal.design.space import DesignEvaluation, information
 from elastocal.elastic.absorbed import KnownErrors
-from elastocal.elastic.allowed_loads import FreeDirection, Load
+from elastocal.elastic.allowed_loads import FreeDirection, Load, ThereOrNot
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.unknowns import Unknowns, each_spring
@@ -81,13 +81,22 @@ class LoadCaseSpace:
 
     @cached_property
     def lower(self) -> Array:
-        """(d,) lower bounds: joint limits, then -2 for each direction variable."""
-        return np.append(self.limits[0], np.full(self._free, -2.0))
+        """(d,) lower bounds: joint limits, then -2 for each direction variable, 0 for shares."""
+        return np.concatenate([self.limits[0], *(self._ends(load)[0] for load in self._loads)])
 
     @cached_property
     def upper(self) -> Array:
         """(d,) upper bounds."""
-        return np.append(self.limits[1], np.full(self._free, 2.0))
+        return np.concatenate([self.limits[1], *(self._ends(load)[1] for load in self._loads)])
+
+    @property
+    def _loads(self) -> tuple[Load, Load]:
+        return self.force, self.moment
+
+    def _ends(self, load: Load) -> tuple[Array, Array]:
+        """Bounds of the design variables of a load."""
+        least, most = (0.0, 1.0) if isinstance(load, ThereOrNot) else (-2.0, 2.0)
+        return np.full(load.variables, least), np.full(load.variables, most)
 
     @cached_property
     def core(self) -> CompiledSpace | None:
@@ -143,7 +152,7 @@ class LoadCaseSpace:
         x, start = x.copy(), len(self.arm.robot.joints)
         for load in (self.force, self.moment):
             end = start + load.variables
-            if load.variables:
+            if load.variables and not isinstance(load, ThereOrNot):
                 x[:, start:end] /= np.linalg.norm(x[:, start:end], axis=1, keepdims=True)
             start = end
         return x

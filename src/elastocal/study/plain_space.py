@@ -37,7 +37,7 @@ from elastocal.constraints.collision.support import FIELDS, by_direction, spanne
 from elastocal.core import layout
 from elastocal.core.layout import Closer, LoadKind, MarginKind, Memory, PairKind
 from elastocal.elastic.absorbed import KnownErrors
-from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, Load
+from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, Load, ThereOrNot
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.unknowns import Unknowns
 from elastocal.measuring.instrument import Instrument, LaserTracker, positions_of
@@ -85,6 +85,7 @@ class PlainSpaceOf:
         self._memory = memory
         robot, tool = space.arm.robot, space.arm.tool
         springs, joint, share = space.arm.twists
+        weights = space.arm.weights
         self._point(tool.load_point)
         markers = [self._point(marker) for marker in tool.markers]
         margins = [self._margin(constraint) for constraint in space.constraints]
@@ -113,6 +114,12 @@ class PlainSpaceOf:
             axes=memory.reals(springs.axis),
             origins=memory.reals(springs.origin),
             slides=memory.integers(springs.prismatic),
+            stiff=memory.integers(space.arm.springs.stiff),
+            only=memory.integers(space.arm.springs.only),
+            weights=len(weights),
+            heavy=memory.integers([body for body, _, _ in weights]),
+            centers=memory.reals([center for _, center, _ in weights] or [0.0]),
+            pulls=memory.reals([force for _, _, force in weights] or [0.0]),
             share=None if share is None else memory.reals(share),
             carried=memory.integers(np.searchsorted(springs.body, np.arange(1, m + 1))),
             points=len(self._points),
@@ -293,6 +300,8 @@ def _load(load: Load) -> layout.PlainLoad:
             half_angle=load.half_angle,
             axis=tuple(load.axis),
         )
+    if isinstance(load, ThereOrNot):
+        return layout.PlainLoad(kind=LoadKind.SHARE, size=load.size, axis=tuple(load.value))
     return layout.PlainLoad(
         kind=LoadKind.PLANE, size=load.largest, basis=tuple(load.basis.T.ravel())
     )

@@ -9,7 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from elastocal.arrays import Array
-from elastocal.elastic.allowed_loads import FixedVector, InPlane, Load
+from elastocal.elastic.allowed_loads import FixedVector, InPlane, Load, ThereOrNot
 from elastocal.measuring.common_errors import CommonErrors
 from elastocal.measuring.instrument import Instrument, tracker_of
 from elastocal.planning.study_check import Checkup
@@ -180,6 +180,8 @@ def _show_known_poses(study: Study, found: Checkup) -> None:
 def _load(load: Load, unit: str) -> str:
     if isinstance(load, FixedVector):
         return f"fixed [{numbers(load.value)}] {unit}" if load.size else "none"
+    if isinstance(load, ThereOrNot):
+        return f"[{numbers(load.value)}] {unit}, or none"
     if isinstance(load, InPlane):
         normal = " ".join(f"{v:g}" for v in load.normal)
         return f"up to {load.largest:g} {unit} in the plane across [{normal}]"

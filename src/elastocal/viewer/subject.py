@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from elastocal.arrays import Array, IntArray, freeze, unset
-from elastocal.elastic.allowed_loads import FixedVector, InPlane, Load
+from elastocal.elastic.allowed_loads import FixedVector, InPlane, Load, ThereOrNot
 from elastocal.elastic.compliance_model import ComplianceModel
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.planning.sensitivity import Sensitivity
@@ -142,7 +142,7 @@ def _middle(load: Load) -> Array:
 
     In a plane the direction that is nearest to straight down.
     """
-    if isinstance(load, FixedVector):
+    if isinstance(load, FixedVector | ThereOrNot):
         return load.value
     if isinstance(load, InPlane):
         return load.decode(load.design(np.array([[0.0, 0.0, -1.0]])).T)[:, 0]

@@ -155,6 +155,7 @@ INLINE frame attached(const double *t, const frame *f) {
 /* Force or moment of its design variables. */
 INLINE vector loaded(const Load *load, const lanes *x) {
     if (load->kind == FIXED) return constant(load->axis);
+    if (load->kind == SHARE) return times(x[0], constant(load->axis));
     if (load->kind == DIRECTION) {
         vector v = {x[0], x[1], x[2]};
         return times(load->size / root(dot(v, v)), v);
@@ -165,12 +166,14 @@ INLINE vector loaded(const Load *load, const lanes *x) {
 }
 
 INLINE int64_t variables_of(const Load *load) {
-    return load->kind == FIXED ? 0 : load->kind == DIRECTION ? 3 : 2;
+    return load->kind == FIXED ? 0 : load->kind == DIRECTION ? 3 : load->kind == PLANE ? 2 : 1;
 }
 
 /* Gradient in the design variables of a gradient in force or moment. */
 INLINE void pull_load(const Load *load, const lanes *x, vector bar, lanes *gradient) {
-    if (load->kind == DIRECTION) {
+    if (load->kind == SHARE) {
+        gradient[0] += dot(constant(load->axis), bar);
+    } else if (load->kind == DIRECTION) {
         vector v = {x[0], x[1], x[2]};
         lanes norm = root(dot(v, v));
         vector unit = times(1.0 / norm, v);
@@ -281,6 +284,59 @@ INLINE vector pull_whitened(const Space *s, const Place *p, int64_t marker, vect
 
 #include "errors.h"
 
+INLINE void push(wrench *w, vector at, vector force) {
+    w->force = plus(w->force, force);
+    w->moment = plus(w->moment, cross(at, force));
+}
+
+
+/* Whether a spring moves a marker. */
+INLINE int moves(const Space *s, int64_t spring, int64_t marker) {
+    return s->only[spring] < 0 || s->only[spring] == marker;
+}
+
+/* How far a twist goes for a unit of a spring. */
+INLINE double share_of(const Space *s, int64_t t, int64_t spring) {
+    return s->share ? s->share[t * s->springs + spring] : (double)(t == spring);
+}
+
+/* What weights exert on the springs: those that a spring carries. */
+static void weigh(const Space *s, Place *p) {
+    for (int64_t w = 0; w < s->weights; w++) {
+        const int64_t body = s->heavy[w];
+        const vector at = carried_to(&p->bodies[body], s->centers + 3 * w);
+        const vector force = constant(s->pulls + 3 * w);
+        for (int64_t t = 0; t < s->twists && s->body[t] < body; t++) {
+            lanes pulled = dot(velocity_of(s, p, t, at), force);
+            for (int64_t u = s->share ? 0 : t; u < (s->share ? s->springs : t + 1); u++)
+                p->exerted[u] += share_of(s, t, u) * pulled;
+        }
+    }
+}
+
+/* Adds to `on` what a gradient in what weights exert on a spring pushes bodies with. */
+static void pull_weights(const Space *s, const Place *p, int64_t spring, lanes bar, wrench *on) {
+    for (int64_t t = 0; t < s->twists; t++) {
+        const double share = share_of(s, t, spring);
+        if (share == 0.0) continue;
+        const int64_t own = s->joint[t] >= 0 ? s->joint[t] + 1 : s->body[t];
+        for (int64_t w = 0; w < s->weights; w++) {
+            const int64_t body = s->heavy[w];
+            if (s->body[t] >= body) continue;
+            const vector force = times(share * bar, constant(s->pulls + 3 * w));
+            vector axis_bar = force;
+            if (!s->slides[t]) {
+                const vector at = carried_to(&p->bodies[body], s->centers + 3 * w);
+                const vector arm = minus(at, p->origins[t]), arm_bar = cross(force, p->axes[t]);
+                push(&on[body > s->moving ? s->last : body], at, arm_bar);
+                push(&on[own], p->origins[t], times(every(-1.0), arm_bar));
+                axis_bar = cross(arm, force);
+            }
+            on[own].moment = plus(on[own].moment, cross(p->axes[t], axis_bar));
+        }
+    }
+}
+
 /* Rows of the linear model in units of the noise. */
 static void place_rows(const Space *s, Place *p) {
     const int64_t n = s->joints, springs = s->springs;
@@ -311,6 +367,9 @@ static void place_rows(const Space *s, Place *p) {
         p->exerted[u] = dot(p->velocity[u], p->force);
         if (!s->moment.zero) p->exerted[u] += dot(p->turn[u], p->moment);
     }
+    if (s->weights) weigh(s, p);
+    for (int64_t u = 0; u < springs; u++)
+        if (s->stiff[u]) p->exerted[u] = every(1.0);
     for (int64_t u = 0; s->making && u < targets(s) * s->unknowns; u++) p->rows[u] = zero;
     for (int64_t m = 0; m < s->markers; m++) {
         int64_t i = s->marker[m];
@@ -320,6 +379,10 @@ static void place_rows(const Space *s, Place *p) {
             p->beam[m] = times(1.0 / p->range[m], beam);
         }
         for (int64_t u = 0; u < springs; u++) {
+            if (!moves(s, u, m)) {
+                give_row(s, p, m, u, zero);
+                continue;
+            }
             vector row = times(p->exerted[u], p->velocity[i * springs + u]);
             give_row(s, p, m, u, whitened(s, p, m, row));
         }
@@ -328,11 +391,6 @@ static void place_rows(const Space *s, Place *p) {
         for (int64_t u = 0; u < springs; u++)
             give_row(s, p, s->markers, u, times(p->exerted[u] / s->noise.rotation, p->turn[u]));
     if (s->errors.any) absorb(s, p);
-}
-
-INLINE void push(wrench *w, vector at, vector force) {
-    w->force = plus(w->force, force);
-    w->moment = plus(w->moment, cross(at, force));
 }
 
 /* Sums over the twists before one: what they push a point with, the moment of that about the base,
@@ -408,6 +466,7 @@ static void pull(const Space *s, const Place *p, const vector *bars, wrench *on,
             vector turn_bar = zero;
             for (int64_t i = 0; i < s->points; i++) point_bar[i] = zero;
             for (int64_t m = 0; m < s->markers; m++) {
+                if (!moves(s, u, m)) continue;
                 vector velocity = p->velocity[s->marker[m] * springs + u];
                 vector given = taken_row(s, bars, m, u), plain;
                 if (s->errors.any) given = plus(given, erring_row(s, &erring, m, u));
@@ -431,6 +490,8 @@ static void pull(const Space *s, const Place *p, const vector *bars, wrench *on,
                 bar += dot(p->turn[u], given);
                 turn_bar = times(exerted, given);
             }
+            if (s->stiff[u]) bar = every(0.0);
+            if (s->weights && !s->stiff[u]) pull_weights(s, p, u, bar, on);
             if (!s->moment.zero) turn_bar = plus(turn_bar, times(bar, p->moment));
             point_bar[0] = plus(point_bar[0], times(bar, p->force));
             force_bar = plus(force_bar, times(bar, p->velocity[u]));

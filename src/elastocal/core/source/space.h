@@ -9,7 +9,7 @@
 #include <stdint.h>
 
 /* Which forces, or moments, may act: elastic/allowed_loads.py. */
-enum { FIXED, DIRECTION, PLANE };
+enum { FIXED, DIRECTION, PLANE, SHARE };
 
 typedef struct {
     int64_t kind;
@@ -17,7 +17,7 @@ typedef struct {
     int64_t cone;      /* a DIRECTION is restricted to a cone */
     double size;       /* largest norm */
     double half_angle; /* of the cone */
-    double axis[3];    /* FIXED: the vector, DIRECTION: axis of the cone */
+    double axis[3];    /* FIXED, SHARE: the vector, DIRECTION: axis of the cone */
     double basis[6];   /* PLANE: first then second vector that span it */
 } Load;
 
@@ -137,6 +137,12 @@ typedef struct {
     const double *axes;      /* (T, 3) in the frame of the body */
     const double *origins;   /* (T, 3) */
     const int64_t *slides;   /* (T) */
+    const int64_t *stiff;    /* (c) of which the column is the velocity alone */
+    const int64_t *only;     /* (c) the one marker that it moves, -1: all */
+    int64_t weights;         /* that count as loads */
+    const int64_t *heavy;    /* (weights) their bodies */
+    const double *centers;   /* (weights, 3) in the frames of these */
+    const double *pulls;     /* (weights, 3) forces */
     const double *share;     /* (T, c); 0 if it is the identity */
     const int64_t *carried;  /* (last) number of twists that joint does not carry */
     int64_t points;          /* on the flange, the load point first */
