@@ -114,5 +114,5 @@ def test_wrong_studies_get_a_sentence(job: Path, old: str, new: str, said: str) 
     assert said in failed("identify", job / "study.yaml", job / "fit.csv", "-o", job / "m.json")
 
 
-def test_other_commands_say_what_kind_of_study_it_is(job: Path) -> None:
-    assert "absolute readings" in failed("plan", job / "study.yaml")
+def test_what_is_missing_to_plan_is_said(job: Path) -> None:
+    assert "to plan, key 'count' is missing" in failed("plan", job / "study.yaml")

@@ -25,6 +25,7 @@ shapes = st.tuples(
 def erring(shape: tuple[int, list[bool], int]) -> LoadCaseSpace:
     """A space of any shape whose load cases err."""
     space, rng = random_space(*shape), np.random.default_rng(shape[0])
+    assume(not space.arm.weighs)
     return replace(space, errors=random_errors(rng, space.arm.springs))
 
 
@@ -46,7 +47,7 @@ def test_gradients_of_what_information_is_worth(shape: tuple[int, list[bool], in
     size = np.abs(gradient).max()
     assume(size > 0.0)
     step = 1e-6
-    for i in range(len(space.lower)):
+    for i in np.flatnonzero(space.lower < 0.0):  # whether a load is there is not moved
         move = step * np.eye(len(space.lower))[i]
         slope = (worth(x + move) - worth(x - move)) / (2.0 * step)
         np.testing.assert_allclose(gradient[:, i], slope, rtol=0, atol=3e-6 * size)

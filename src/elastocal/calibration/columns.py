@@ -78,3 +78,34 @@ def _displacements(
         stiff=np.ones(len(names), dtype=bool),
         only=np.full(len(names), -1) if only is None else np.asarray(only, dtype=np.int64),
     )
+
+
+def told_apart(rows: Array, order: IntArray) -> tuple[IntArray, Array]:
+    """Columns of rows (R, c) that are not made of others, and how they make the rest.
+
+    Args:
+        rows: Rows of readings, many more than columns.
+        order: (c,) columns, those first that are to be kept.
+
+    Returns:
+        (k,) the columns that are kept, ascending, and (k, c): every column made of them.
+
+    Source: ours; modified Gram-Schmidt in that order.
+    """
+    size = np.linalg.norm(rows, axis=0)
+    scaled = rows / np.where(size > 0.0, size, 1.0)
+    basis, kept = np.zeros((len(rows), 0)), []
+    for c in order.tolist():
+        rest = scaled[:, c]
+        for _ in range(2):  # once more for what rounding leaves
+            rest = rest - basis @ (basis.T @ rest)
+        left = float(np.linalg.norm(rest))
+        if left > _REDUNDANT:
+            kept.append(c)
+            basis = np.column_stack([basis, rest / left])
+    chosen = np.sort(np.array(kept, dtype=np.int64))
+    share = np.linalg.lstsq(rows[:, chosen], rows, rcond=None)[0]
+    return chosen, np.asarray(share, dtype=float)
+
+
+_REDUNDANT = 1e-6  # length of what is new in a column of unit length, below which it is none

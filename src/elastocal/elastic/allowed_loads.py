@@ -207,8 +207,8 @@ class InPlane:
 class ThereOrNot:
     """A given force [N] or moment [N·m], or none of it.
 
-    The design variable is its share, from 0 to 1. The information of a load case is a convex
-    quadratic of the share, so the best ones are at the ends.
+    The design variable is its share, 0 or 1. No search moves it: the information of a load case is
+    a convex quadratic of the share, so the best ones are at the ends, and both are looked at.
     """
 
     value: Array
@@ -232,12 +232,12 @@ class ThereOrNot:
         return self.value[:, None] * x
 
     def pull(self, x: Array, cotangent: Array) -> Array:
-        """(1, N) gradient in the design variable of a gradient in the vectors."""
-        return np.asarray(self.value[None] @ cotangent)
+        """(1, N) zeros: the share is not moved."""
+        return np.zeros_like(x)
 
     def margin(self, vectors: Array) -> Array:
         """(N,) how far (N, 3) vectors are from what is allowed, as minus the distance."""
-        share = np.clip(self.design(vectors), 0.0, 1.0)
+        share = np.round(np.clip(self.design(vectors), 0.0, 1.0))
         return -np.linalg.norm(vectors - share * self.value, axis=1)
 
     def direction_room(self, vectors: Array) -> Array:

@@ -134,7 +134,7 @@ class Regressor:
         if self.has_moment:
             y += dot(self.turns, self.moment)
         self.stiff = arm.springs.stiff if arm.springs.stiff.any() else None
-        self.weights = Weights(arm, self) if arm.weights else None
+        self.weights = WeightsOnSprings(arm, self) if arm.weights else None
         if self.weights is not None:
             y += self.weights.exerted
         if self.stiff is not None:
@@ -270,7 +270,7 @@ class Regressor:
         return vectors
 
 
-class Weights:
+class WeightsOnSprings:
     """What weights exert on the springs of N configurations.
 
     Attributes:

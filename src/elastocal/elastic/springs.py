@@ -57,6 +57,12 @@ class VirtualJoints:
         return tuple(kind_of(slides) for slides in self.prismatic.tolist())
 
     @property
+    def units(self) -> tuple[str, ...]:
+        """SI unit of each unknown: of a compliance, or of a displacement that no load makes."""
+        pairs = zip(self.kinds, self.stiff.tolist(), strict=True)
+        return tuple(kind.unit if stiff else kind.compliance for kind, stiff in pairs)
+
+    @property
     def of_joints(self) -> tuple[str, ...]:
         """Names of those that sit in joints."""
         return tuple(n for n, joint in zip(self.names, self.joint, strict=True) if joint >= 0)

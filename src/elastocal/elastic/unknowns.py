@@ -55,6 +55,12 @@ class Unknowns:
         first = [int(np.flatnonzero(column)[0]) for column in self.make.T]
         return tuple(kind_of(bool(self.springs.prismatic[i])) for i in first)
 
+    @property
+    def units(self) -> tuple[str, ...]:
+        """SI unit of each unknown: that of the springs it makes."""
+        first = [int(np.flatnonzero(column)[0]) for column in self.make.T]
+        return tuple(self.springs.units[i] for i in first)
+
     def columns(self, rows: Array) -> Array:
         """(..., p) columns of the unknowns, of those of the springs (..., c)."""
         return rows if self.plain else np.asarray(rows @ self.make)

@@ -14,7 +14,7 @@ import numpy as np
 from elastocal.arrays import Array
 from elastocal.errors import InputError
 from elastocal.measuring.common_errors import CommonErrors
-from elastocal.measuring.instrument import Instrument, LaserTracker, positions_of
+from elastocal.measuring.instrument import Instrument, LaserTracker, PoseProbe, positions_of
 
 
 def reading_covariance(instrument: Instrument, points: Array) -> Array:
@@ -45,3 +45,16 @@ def turn_covariance(instrument: Instrument) -> Array:
             "column such as 'ur [mrad]'"
         )
     return np.asarray(instrument.sigma_rotation**2 * np.eye(3))
+
+
+def of_readings(instrument: Instrument) -> Instrument:
+    """The instrument whose noise of a deflection is what this one has of a single reading.
+
+    Of a tracker it is less by the root of two; what is stated by itself is that of a reading.
+    """
+    if isinstance(instrument, LaserTracker):
+        names = ("along", "along_per_metre", "across", "across_per_metre")
+        return replace(instrument, **{n: getattr(instrument, n) / np.sqrt(2.0) for n in names})
+    if isinstance(instrument, PoseProbe):
+        return replace(instrument, points=of_readings(instrument.points))
+    return instrument

@@ -113,7 +113,8 @@ def assess(study: Study, cases: LoadCases, repeats: IntArray) -> Assessment:
     """
     informations = study.space.information(cases)
     total = study.prior + np.einsum("i,ijk->jk", repeats.astype(float), informations)
-    regular = rank_of(total) == len(total)
+    weighs = study.experiments.weighs  # what readings cannot tell rests on its prior then
+    regular = weighs or rank_of(total) == len(total)
     covariance = scaled_inverse(total[None])[0] if regular else np.full_like(total, np.inf)
     each = tuple(
         float(np.sqrt(np.einsum("ij,jk,ik->", pose.regressor, covariance, pose.regressor)))
@@ -134,7 +135,7 @@ def assess(study: Study, cases: LoadCases, repeats: IntArray) -> Assessment:
         nearest=nearest,
         violations=violations,
         promise=promise(study, cases, repeats, total),
-        loss=loss_of(study, cases, repeats) if regular else None,
+        loss=loss_of(study, cases, repeats) if regular and not weighs else None,
     )
 
 
@@ -143,8 +144,8 @@ def hardly_known(springs: VirtualJoints, standard_error: Array) -> Iterator[Doub
     for kind in dict.fromkeys(springs.kinds):
         errors = {
             name: float(error)
-            for name, own, error in zip(springs.names, springs.kinds, standard_error, strict=True)
-            if own is kind and _SOFT[kind] < error < np.inf
+            for name, unit, error in zip(springs.names, springs.units, standard_error, strict=True)
+            if unit == kind.compliance and _SOFT[kind] < error < np.inf
         }
         if errors:
             yield Doubt("hardly-known", tuple(errors), numbers=errors, unit=kind.compliance)

@@ -114,11 +114,12 @@ def blind_errors(study: Study, cases: LoadCases, repeats: IntArray) -> BlindErro
     it the leak is what its prior leaves.
 
     Returns:
-        None if the load cases do not tell compliances apart, or no test pose has a load case.
+        None if the load cases do not tell compliances apart, or no test pose has a load case; nor
+            is it known of absolute readings.
 
     Source: ours; leak |L C Xᵀ b - b0|, visibility bᵀ Q b, docs/math.md.
     """
-    told = columns_of(study, cases, repeats)
+    told = None if study.experiments.weighs else columns_of(study, cases, repeats)
     if told is None:
         return None
     half = seen_half(told.dof)

@@ -64,11 +64,9 @@ def standard_errors(plan: Plan) -> list[BarTable]:
     """Standard errors of angular and of linear compliances, apart because units differ."""
     springs, errors = plan.study.springs, plan.assessment.standard_error
     tables = []
-    for kind in KINDS:
-        chosen = [i for i, own in enumerate(springs.kinds) if own is kind]
-        if not chosen:
-            continue
-        factor, unit = shown_unit(kind.compliance)
+    for si in dict.fromkeys(springs.units):
+        chosen = [i for i, own in enumerate(springs.units) if own == si]
+        factor, unit = shown_unit(si)
         finite = errors[chosen][np.isfinite(errors[chosen])]
         largest = float(finite.max()) if len(finite) else 1.0
         rows = tuple(
@@ -76,8 +74,14 @@ def standard_errors(plan: Plan) -> list[BarTable]:
             for i in chosen
         )
         heads = ("Joint", f"Standard error [{unit}]")
-        tables.append(BarTable(heads, rows, f"{kind.spring} springs"))
+        tables.append(BarTable(heads, rows, springs_named(si)))
     return tables
+
+
+def springs_named(si: str) -> str:
+    """What has this SI unit, in the plural."""
+    kinds = {kind.compliance: f"{kind.spring} springs" for kind in KINDS}
+    return kinds.get(si, "angles" if si == "rad" else "lengths")
 
 
 def nuisance(plan: Plan) -> BarTable | None:

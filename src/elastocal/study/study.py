@@ -26,6 +26,7 @@ from elastocal.motion.rest import at_rest
 from elastocal.motion.space import MotionSpace
 from elastocal.robot.chain import Robot, Tool
 from elastocal.robot.controller_axes import Coupling, uncoupled
+from elastocal.robot.payloads import Payload
 from elastocal.robot.pose_check import KnownPose
 from elastocal.study.before import CarriedOut, Done, Earlier
 from elastocal.study.experiment_space import LoadCaseSpace
@@ -91,6 +92,8 @@ class Experiments:
         max_configurations: Most distinct load cases, None for as many as experiments.
         moment: Which moments may act [N·m].
         robust: What a plan is to withstand; None: that is not asked for.
+        weighs: Whether nothing is taken off the readings, so that weights are loads as well.
+        payload: What hangs on the flange by its weight in every experiment; None for nothing.
     """
 
     tool: Tool
@@ -99,6 +102,8 @@ class Experiments:
     max_configurations: int | None = None
     moment: Load = field(default_factory=lambda: FixedVector(np.zeros(3)))
     robust: Robustness | None = None
+    weighs: bool = False
+    payload: Payload | None = None
 
     @property
     def distinct(self) -> int:
@@ -114,7 +119,7 @@ class Experiments:
             raise InputError(
                 f"max_configurations must be at least 1, found {self.max_configurations}"
             )
-        if self.force.size == 0.0 and self.moment.size == 0.0:
+        if not self.weighs and self.force.size == 0.0 and self.moment.size == 0.0:
             raise InputError(
                 "the experiments have neither force nor torque: without load nothing deflects "
                 "and nothing can be identified"
@@ -252,12 +257,16 @@ class Study:
     @property
     def fitted_arm(self) -> ElasticArm:
         """The robot with all springs that what is fitted makes, and the calibration tool."""
-        return ElasticArm(self.robot, self.fitted.springs, self.experiments.tool, self.gravity)
+        return self._arm(self.fitted.springs)
+
+    def _arm(self, springs: VirtualJoints) -> ElasticArm:
+        e = self.experiments
+        return ElasticArm(self.robot, springs, e.tool, self.gravity, e.payload, e.weighs)
 
     @cached_property
     def arm(self) -> ElasticArm:
         """The robot with the springs to identify and the calibration tool."""
-        return ElasticArm(self.robot, self.springs, self.experiments.tool, self.gravity)
+        return self._arm(self.springs)
 
     @property
     def coupling(self) -> Coupling:

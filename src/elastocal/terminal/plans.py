@@ -163,13 +163,15 @@ def _nearest(plan: Plan) -> str:
 
 
 def _errors(study: Study, standard_error: Array) -> Table:
-    table = Table(title=_ERRORS, title_justify="left", box=box.SIMPLE_HEAD)
-    table.add_column("joint")
+    absolute = study.experiments.weighs
+    title = "Standard errors of the unknowns, given what was known" if absolute else _ERRORS
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
+    table.add_column("unknown" if absolute else "joint")
     table.add_column("standard error", justify="right")
     table.add_column("unit")
     springs = study.springs
-    for name, kind, error in zip(springs.names, springs.kinds, standard_error, strict=True):
-        factor, unit = readable(kind.compliance, float(error))
+    for name, si, error in zip(springs.names, springs.units, standard_error, strict=True):
+        factor, unit = readable(si, float(error)) if "/" in si else (1e3, f"m{si}")
         table.add_row(Text(name), number(factor * error), Text(unit))
     return table
 
@@ -177,14 +179,15 @@ def _errors(study: Study, standard_error: Array) -> Table:
 def _errors_of_plans(study: Study, results: Mapping[str, Evaluation]) -> Table:
     """One row for each plan, so that many fit."""
     springs = study.springs
-    units = " and ".join(dict.fromkeys(kind.compliance for kind in springs.kinds))
-    table = Table(title=Text(f"{_ERRORS}, 1e-9 {units}"), title_justify="left", box=box.SIMPLE_HEAD)
+    scale = np.where(springs.stiff, 1e3, 1e9)
+    units = " and ".join(f"1e-9 {u}" if "/" in u else f"m{u}" for u in dict.fromkeys(springs.units))
+    table = Table(title=Text(f"{_ERRORS}, {units}"), title_justify="left", box=box.SIMPLE_HEAD)
     table.add_column("plan")
     for name in springs.names:
         table.add_column(Text(name), justify="right")
     for name, result in results.items():
         errors = result.assessment.standard_error
-        shown = (f"{1e9 * e:.3g}" if np.isfinite(e) else "∞" for e in errors)
+        shown = (f"{e:.3g}" if np.isfinite(e) else "∞" for e in scale * errors)
         table.add_row(Text(name), *shown)
     return table
 

@@ -171,9 +171,7 @@ INLINE int64_t variables_of(const Load *load) {
 
 /* Gradient in the design variables of a gradient in force or moment. */
 INLINE void pull_load(const Load *load, const lanes *x, vector bar, lanes *gradient) {
-    if (load->kind == SHARE) {
-        gradient[0] += dot(constant(load->axis), bar);
-    } else if (load->kind == DIRECTION) {
+    if (load->kind == DIRECTION) { /* a SHARE is not moved */
         vector v = {x[0], x[1], x[2]};
         lanes norm = root(dot(v, v));
         vector unit = times(1.0 / norm, v);

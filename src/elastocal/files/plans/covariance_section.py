@@ -22,7 +22,7 @@ def _names(value: Any) -> list[str]:
 
 
 def _units(value: Any) -> list[str]:
-    known = [kind.compliance for kind in KINDS]
+    known = [unit for kind in KINDS for unit in (kind.compliance, kind.unit)]
     if not isinstance(value, list) or any(unit not in known for unit in value):
         raise ValueError(f" must be a list of {' or '.join(known)}")
     return value
@@ -40,7 +40,7 @@ def covariance_section(fitted: Unknowns, covariance: Array) -> dict[str, Any]:
     """The section `covariance`, of (p, p) in the order of the unknowns."""
     return {
         "order": list(fitted.names),
-        "unit": [kind.compliance for kind in fitted.kinds],
+        "unit": list(fitted.units),
         "matrix": covariance.tolist(),
     }
 

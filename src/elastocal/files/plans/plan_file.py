@@ -164,7 +164,7 @@ def plan_document(plan: Plan) -> dict[str, Any]:
             }
         )
     springs = study.springs
-    errors = zip(springs.names, springs.kinds, worth.standard_error, strict=True)
+    errors = zip(springs.names, springs.units, worth.standard_error, strict=True)
     return {
         "elastocal": 1,
         "kind": "plan",
@@ -192,7 +192,7 @@ def plan_document(plan: Plan) -> dict[str, Any]:
         },
         **_paths(study, worth),
         "standard_error": {
-            name: {"value": float(error), "unit": kind.compliance} for name, kind, error in errors
+            name: {"value": float(error), "unit": unit} for name, unit, error in errors
         },
         "covariance": covariance_section(study.fitted, worth.covariance),
         **promise_section(study, worth.promise),

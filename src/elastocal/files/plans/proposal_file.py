@@ -259,6 +259,8 @@ def _claimed_error(name: str, entry: dict[str, Any], robot: Robot, where: str) -
     """A standard error in SI, whatever the unit it is given in."""
     kinds = [joint.kind for joint in robot.joints if joint.name == name] or list(KINDS)
     value, unit = finite_at(entry.get("value"), where), entry.get("unit", kinds[0].compliance)
+    if unit in [kind.unit for kind in KINDS]:  # of a displacement that no load makes
+        return value
     for kind in kinds[::-1]:
         try:
             return value * factor_to_si(unit, kind.compliance)

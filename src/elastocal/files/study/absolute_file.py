@@ -2,39 +2,59 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
+from elastocal.elastic.allowed_loads import FixedVector, Load, ThereOrNot
+from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.springs import VirtualJoints, joint_springs, merged, subset
 from elastocal.errors import InputError, StudyError
 from elastocal.files.problems import first_problem
 from elastocal.files.sections import Section, SectionError, fresh
+from elastocal.files.study.constraints import ConstraintsFile, constraints_of, limits_of
 from elastocal.files.study.instrument import InstrumentFile, instrument_of
+from elastocal.files.study.joint_values import configuration
+from elastocal.files.study.kinds import BLOCKS, LARGEST, check_version, names_blocks
 from elastocal.files.study.nuisance import KnownJoints, NuisanceFile, nuisance_of
-from elastocal.files.study.robot import ControllerFile, RobotFile, coupling_of, robot_of
+from elastocal.files.study.obstacles import Cell, clearances_of
+from elastocal.files.study.pace import CampaignFile, MotionFile, pace_of
+from elastocal.files.study.robot import (
+    ControllerFile,
+    RobotFile,
+    UrdfRobotFile,
+    coupling_of,
+    robot_of,
+)
 from elastocal.files.study.springs import SpringFile, extra_springs
-from elastocal.files.study.study_file import BLOCKS, check_version, names_blocks, parse_study
 from elastocal.files.study.tools import ToolFile, find_tool, tool_of
+from elastocal.files.study.view import view_of
 from elastocal.files.texts import read_text
 from elastocal.files.values import (
+    Count,
+    Degrees,
     Either,
+    ListOrByName,
+    Millimetres,
     MillimetreVector,
     Name,
     NonNegative,
     PositiveMillimetres,
     Vector,
 )
-from elastocal.files.yaml_lines import LocatedError, at, parse
+from elastocal.files.yaml_lines import Located, LocatedError, at, parse
+from elastocal.measuring.single_readings import of_readings
 from elastocal.robot.chain import Robot, Tool
 from elastocal.robot.geometry import GROUPS
 from elastocal.robot.payloads import Payload
 from elastocal.study.absolute import AbsoluteStudy
-from elastocal.study.study import Study, springs_of
+from elastocal.study.absolute_plan import absolute_pose, payloads_of, planned_unknowns
+from elastocal.study.study import Experiments, Study, springs_of
 
-_LARGEST = 1_000_000  # bytes; a study file is a page of text
 _DOWN = [0.0, 0.0, -9.80665]
 _OPEN_MASS, _OPEN_CENTER = 10.0, 0.3  # kg, m: a payload of which next to nothing is known
 
@@ -52,7 +72,20 @@ class AbsoluteExperimentsFile(Section):
     """What is read, and what hangs on the flange meanwhile."""
 
     tool: Name | None = None
-    payload: Name | None = None
+    payload: Name | list[Name] | None = None
+    count: Count | None = None
+    max_configurations: Count | None = None
+
+
+class AbsoluteTestPoseFile(Section):
+    """A pose of the task, and what acts on the tool there besides weights."""
+
+    name: Name | None = None
+    q_deg: ListOrByName[Degrees] | None = None
+    q_mm: dict[Name, Millimetres] | None = None
+    force_N: Vector | None = None
+    torque_Nm: Vector | None = None
+    weight: NonNegative = 1.0
 
 
 class AbsoluteStudyFile(Section):
@@ -71,34 +104,16 @@ class AbsoluteStudyFile(Section):
     geometry_prior_mm: PositiveMillimetres | None = None
     gravity_m_s2: Vector | None = None
     controller: ControllerFile = fresh(dict)
-
-
-def read_any_study(path: str | Path) -> Study | AbsoluteStudy:
-    """The study in a file, of deflections or of absolute readings.
-
-    Raises:
-        StudyError: the file is wrong; the message names line, key, what was found and expected.
-    """
-    text = read_text(Path(path), largest=_LARGEST)
-    document = parse(text, Path(path))
-    value = document.value
-    if not (isinstance(value, dict) and names_blocks(value)):
-        return parse_study(text, Path(path))
-    try:
-        check_version(document)
-        try:
-            file = AbsoluteStudyFile.of(value)
-        except SectionError as error:
-            raise StudyError(first_problem(document, error, AbsoluteStudyFile)) from None
-        return _study(file, Path(path), text)
-    except LocatedError as error:
-        raise StudyError(f"{document.where(error.path)}: {error}") from None
+    test_poses: list[AbsoluteTestPoseFile] = fresh(list)
+    constraints: ConstraintsFile = fresh(dict)
+    motion: MotionFile | None = None
+    campaign: CampaignFile | None = None
 
 
 def is_absolute(path: str | Path) -> bool:
     """Whether a study file is of absolute readings; what is wrong with it is said by its reader."""
     try:
-        value = parse(read_text(Path(path), largest=_LARGEST), Path(path)).value
+        value = parse(read_text(Path(path), largest=LARGEST), Path(path)).value
     except InputError:
         return False
     return isinstance(value, dict) and names_blocks(value)
@@ -108,12 +123,52 @@ def read_absolute_study(path: str | Path) -> AbsoluteStudy:
     """The study of absolute readings in a file.
 
     Raises:
-        StudyError: the file is wrong, or of deflections.
+        StudyError: the file is wrong, or of deflections; the message names line and key.
     """
-    study = read_any_study(path)
-    if not isinstance(study, AbsoluteStudy):
+    text = read_text(Path(path), largest=LARGEST)
+    document = parse(text, Path(path))
+    if not (isinstance(document.value, dict) and names_blocks(document.value)):
         raise StudyError(f"{path}: identify names no block, so this is a study of deflections")
-    return study
+    with _located(document):
+        return _study(_validated(document), Path(path), text)
+
+
+def planned_study(document: Located, path: Path, text: str) -> Study:
+    """The study to plan that is in a document of absolute readings.
+
+    Raises:
+        StudyError: the file is wrong, or says not what is to be planned.
+    """
+    with _located(document):
+        file = _validated(document)
+        return _to_plan(file, _study(file, path, text), path)
+
+
+def files_named(document: Located, path: Path) -> list[Path]:
+    """The files that a document of absolute readings names, beside its file `path`."""
+    with _located(document):
+        file = _validated(document)
+    names = [obstacle.mesh for obstacle in file.constraints.obstacles or ()]
+    if isinstance(file.robot, UrdfRobotFile):
+        names.append(file.robot.urdf)
+    return [path.parent / name for name in names if name is not None]
+
+
+@contextmanager
+def _located(document: Located) -> Iterator[None]:
+    """Within it, errors get the place in the document."""
+    try:
+        yield
+    except LocatedError as error:
+        raise StudyError(f"{document.where(error.path)}: {error}") from None
+
+
+def _validated(document: Located) -> AbsoluteStudyFile:
+    check_version(document)
+    try:
+        return AbsoluteStudyFile.of(document.value)
+    except SectionError as error:
+        raise StudyError(first_problem(document, error, AbsoluteStudyFile)) from None
 
 
 def _study(file: AbsoluteStudyFile, path: Path, text: str) -> AbsoluteStudy:
@@ -130,12 +185,8 @@ def _study(file: AbsoluteStudyFile, path: Path, text: str) -> AbsoluteStudy:
         with at("payloads", name):
             payloads.append(_payload(name, entry, sought="payload" in blocks))
     with at("experiments"):
-        payload = file.experiments.payload or ""
-        if payload and payload not in file.payloads:
-            known = ", ".join(file.payloads) or "none"
-            raise LocatedError(
-                ("payload",), f"payload {payload!r} is not defined; defined are: {known}"
-            )
+        hung = _hung(file)
+        payload = "" if len(hung) != 1 or hung[0] == "none" else hung[0]
     with at("controller"):
         controller = coupling_of(robot, file.controller)
     with at("instrument"):
@@ -160,6 +211,74 @@ def _study(file: AbsoluteStudyFile, path: Path, text: str) -> AbsoluteStudy:
     if file.geometry_prior_mm is None:
         return study
     return replace(study, geometry_prior=file.geometry_prior_mm)
+
+
+def _hung(file: AbsoluteStudyFile) -> list[str]:
+    """Names of what hangs on the flange, in turn if there are several."""
+    given = file.experiments.payload
+    names = [given] if isinstance(given, str) else given or []
+    for name in names:
+        if name != "none" and name not in file.payloads:
+            known = ", ".join(file.payloads) or "none"
+            raise LocatedError(
+                ("payload",), f"payload {name!r} is not defined; defined are: {known}"
+            )
+    return names
+
+
+def _to_plan(file: AbsoluteStudyFile, study: AbsoluteStudy, path: Path) -> Study:
+    """The study of experiments to plan."""
+    wanted = file.experiments
+    if wanted.count is None:
+        raise LocatedError(("experiments",), "to plan, key 'count' is missing: the number of poses")
+    if not file.test_poses:
+        raise LocatedError((), "to plan, key 'test_poses' is missing: where accuracy is judged")
+    robot, tool, rules = study.robot, study.tool, file.constraints
+    with at("constraints"):
+        limits = limits_of(robot, rules)
+    with at("experiments"):
+        payload, weight = payloads_of(study, _hung(file))
+    if weight.any():  # it acts where its centre is
+        chosen = next(p for p in study.payloads if p.name in _hung(file))
+        tool = replace(tool, load_point=chosen.center)
+        study = replace(study, tool=tool)
+    with at("identify"):
+        unknowns = planned_unknowns(study, limits, weight, payload)
+    poses = []
+    for i, pose in enumerate(file.test_poses):
+        with at("test_poses", i):
+            q = configuration(robot, pose)
+            wrench = np.append(pose.force_N or [0.0] * 3, pose.torque_Nm or [0.0] * 3)
+            case, name = LoadCases(q[None], wrench[None]), pose.name or f"test pose {i + 1}"
+            of = study, unknowns.columns, payload, case
+            poses.append(absolute_pose(*of, name=name, weight=pose.weight))
+    force: Load = ThereOrNot(weight) if weight.any() else FixedVector(np.zeros(3))
+    with at("constraints"):
+        constraints = constraints_of(rules, tool)
+        cell = Cell(robot, tool, limits, study.gravity, path.parent)
+        constraints += clearances_of(rules.obstacles, rules.collision, rules.floor, cell)
+    reflectors = file.tools.get(tool.name)
+    constraints += view_of(robot, tool, reflectors, file.instrument.tracker, constraints)
+    count, most = wanted.count, wanted.max_configurations
+    with at("experiments"):
+        experiments = Experiments(tool, force, count, most, weighs=True, payload=payload)
+    pace = pace_of(file.motion, file.campaign, robot, limits)
+    with at("constraints"):
+        return Study(
+            robot=robot,
+            springs=unknowns.columns,
+            test_poses=tuple(poses),
+            experiments=experiments,
+            instrument=of_readings(study.instrument),
+            pace=pace,
+            gravity=study.gravity,
+            constraints=constraints,
+            limits=limits,
+            prior=unknowns.prior,
+            controller=study.controller,
+            name=study.name,
+            text=study.text,
+        )
 
 
 def _sought(

@@ -13,9 +13,11 @@ from elastocal.elastic.springs import VirtualJoints, merged, subset
 from elastocal.errors import InputError, StudyError
 from elastocal.files.problems import first_problem
 from elastocal.files.sections import Section, SectionError, fresh
+from elastocal.files.study.absolute_file import files_named, planned_study
 from elastocal.files.study.constraints import ConstraintsFile, constraints_of, limits_of
 from elastocal.files.study.experiments import ExperimentsFile, experiments_of
 from elastocal.files.study.instrument import InstrumentFile, instrument_of
+from elastocal.files.study.kinds import LARGEST, check_version, names_blocks
 from elastocal.files.study.nuisance import KnownJoints, NuisanceFile, nuisance_of
 from elastocal.files.study.obstacles import Cell, clearances_of
 from elastocal.files.study.pace import CampaignFile, MotionFile, pace_of
@@ -33,11 +35,10 @@ from elastocal.files.study.springs import SpringFile, extra_springs
 from elastocal.files.study.test_poses import Surroundings, TestPoseFile, test_pose_of
 from elastocal.files.study.tools import ToolFile, tool_of
 from elastocal.files.study.view import view_of
-from elastocal.files.texts import is_version, read_text
+from elastocal.files.texts import read_text
 from elastocal.files.values import Either, FileName, Name, Vector
 from elastocal.files.yaml_lines import Located, LocatedError, at, parse
 from elastocal.robot.chain import Robot
-from elastocal.robot.geometry import GROUPS
 from elastocal.robot.joint_room import outside
 from elastocal.robot.pose_check import refuse_too_few
 from elastocal.study.criteria import CRITERIA, RHO0
@@ -48,8 +49,6 @@ from elastocal.study.two_steps import with_known, with_nuisance
 
 if TYPE_CHECKING:
     from elastocal.files.study.known import KnownOf
-
-_LARGEST = 1_000_000  # bytes; a study file is a page of text
 
 
 class StudyFile(Section):
@@ -86,12 +85,14 @@ def read_study(path: str | Path, known: KnownOf | None = None) -> Study:
     Raises:
         StudyError: the file is wrong; the message names line, key, what was found and expected.
     """
-    return parse_study(read_text(Path(path), largest=_LARGEST), Path(path), known)
+    return parse_study(read_text(Path(path), largest=LARGEST), Path(path), known)
 
 
 def parse_study(text: str, path: Path, known: KnownOf | None = None) -> Study:
     """The study in a text; `path` is for messages and for files named in the study."""
     document = parse(text, path)
+    if isinstance(document.value, dict) and names_blocks(document.value):
+        return planned_study(document, path, text)
     try:
         return _study(_validated(document), path, text, known)
     except LocatedError as error:
@@ -100,7 +101,10 @@ def parse_study(text: str, path: Path, known: KnownOf | None = None) -> Study:
 
 def named_files(text: str, path: Path) -> list[Path]:
     """The files that the study in a text names; they are beside its file `path`."""
-    file = _validated(parse(text, path))
+    document = parse(text, path)
+    if isinstance(document.value, dict) and names_blocks(document.value):
+        return files_named(document, path)
+    file = _validated(document)
     names = [
         file.robot.urdf if isinstance(file.robot, UrdfRobotFile) else None,
         file.known,
@@ -117,39 +121,10 @@ def _validated(document: Located) -> StudyFile:
     if not isinstance(value, dict):
         raise LocatedError((), f"expected keys such as 'robot:', found {type(value).__name__}")
     check_version(document)
-    if names_blocks(value):
-        raise StudyError(
-            f"{document.file}: identify names blocks, so this is a study of absolute readings, "
-            "which this command does not take; identify and validate do"
-        )
     try:
         return StudyFile.of(value)
     except SectionError as error:
         raise StudyError(first_problem(document, error, StudyFile)) from None
-
-
-BLOCKS = ("base", "tool", "geometry", *GROUPS, "payload")
-"""What `identify` of a study of absolute readings may name besides joints and springs."""
-
-
-def names_blocks(value: dict[str, object]) -> bool:
-    """Whether a document's `identify` names more than joints and springs."""
-    names = value.get("identify")
-    return isinstance(names, list) and any(isinstance(n, str) and n in BLOCKS for n in names)
-
-
-def check_version(document: Located) -> None:
-    """Refuse a study file that does not begin with the version of its format."""
-    if "elastocal" not in document.value:
-        raise StudyError(
-            f"{document.file}: key 'elastocal' is missing; a study file begins with "
-            "'elastocal: 1', the version of its format"
-        )
-    if not is_version(document.value["elastocal"]):
-        raise LocatedError(
-            ("elastocal",),
-            f"format version {document.value['elastocal']!r} is not known; this program reads 1",
-        )
 
 
 def _study(file: StudyFile, path: Path, text: str, given: KnownOf | None) -> Study:
