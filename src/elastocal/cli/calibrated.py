@@ -33,7 +33,8 @@ from elastocal.files.robots.robot_document import KIND as DOCUMENT
 from elastocal.files.robots.robot_document import robot_document
 from elastocal.files.robots.urdf_file import KIND as URDF
 from elastocal.files.robots.urdf_file import calibrated_urdf, urdf_entry
-from elastocal.files.study.absolute_file import read_any_study
+from elastocal.files.study.absolute_file import is_absolute, read_absolute_study
+from elastocal.files.study.study_file import read_study
 from elastocal.files.texts import file_hash, json_text, text_hash
 from elastocal.programs.writers import Settings
 from elastocal.robot.sinks.dh import dh_table, refuse_unlike
@@ -144,7 +145,8 @@ def calibrated_with(
         raise InputError(
             f"{model}: a calibration counts from the robot as drawn; name its study with --study"
         )
-    study = read_any_study(study_file)
+    absolute = is_absolute(study_file)
+    study = read_absolute_study(study_file) if absolute else read_study(study_file)
     calibrated = read_calibration(model, study.robot)
     was = calibrated.origin.study_sha256
     if was and was != text_hash(study.text):
