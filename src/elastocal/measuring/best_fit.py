@@ -89,8 +89,8 @@ def unseen_turn(points: Array) -> str:
 def turn_errors(fit: BestFit, points: Array, nominal: Array, group: IntArray) -> Array:
     """(3, 3) covariance of the rotation, as a small turn in the nominal frame [rad²].
 
-    What is left after the fit is what errs; points of one group may err together, as all markers
-    in one configuration do.
+    What is left after the fit is what errs, by one vector for all points of a group, as all markers
+    are off together in one configuration: so few groups are little evidence.
 
     Args:
         fit: The best fit.
@@ -98,17 +98,20 @@ def turn_errors(fit: BestFit, points: Array, nominal: Array, group: IntArray) ->
         nominal: (N, 3) nominal ones [m].
         group: (N,) group of each point.
 
-    Source: Liang & Zeger, Biometrika 73 (1986) 13: the covariance of grouped residuals, with
-    the factor for few groups; here of the normal equations of a small turn and shift.
+    Source: ours; normal equations of a small turn with errors that groups share, their variance
+    from the residuals with two vectors, shift and turn, less than there are groups.
     """
     there = fit.applied(points)
     arm = there - there.mean(axis=0)
-    square = np.einsum("nk,nk->n", arm, arm)
-    normal = np.sum(square) * np.eye(3) - arm.T @ arm
-    moments = np.cross(arm, nominal - there)
-    count = int(group.max(initial=-1)) + 1
-    score = np.stack([np.bincount(group, moments[:, k], count) for k in range(3)], axis=1)
-    used = len(np.unique(group))
-    few = used / max(used - 2, 1)  # a shift and a turn are two vectors
+    normal = _about(arm)
+    used, number = np.unique(group, return_inverse=True)
+    sums = np.stack([np.bincount(np.reshape(number, -1), arm[:, k]) for k in range(3)], axis=1)
+    apart = np.mean(np.sum((there - nominal) ** 2, axis=1)) / 3.0
+    variance = apart * len(used) / max(len(used) - 2.0, 0.5)
     inverse = np.linalg.inv(normal)
-    return np.asarray(few * inverse @ (score.T @ score) @ inverse)
+    return np.asarray(variance * inverse @ _about(np.asarray(sums, dtype=float)) @ inverse)
+
+
+def _about(arm: Array) -> Array:
+    """(3, 3) sum of |a|² - a aᵀ over arms (N, 3): what turns move, squared."""
+    return np.asarray(np.sum(arm**2) * np.eye(3) - arm.T @ arm)

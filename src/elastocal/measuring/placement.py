@@ -15,6 +15,7 @@ from elastocal.measuring.best_fit import BestFit, best_fit, best_fits, turn_erro
 from elastocal.robot.chain import Robot
 from elastocal.robot.posture import Posture
 
+_ALIKE = 2  # decimals to which joint values are compared [rad or m]
 _STEPS, _AT_REST = 12, 1e-8
 _SEEN = 1e-3
 """Part of a column that is left beside shifts and turns of the frames, if it is seen at all."""
@@ -103,6 +104,8 @@ def place(unloaded: Unloaded) -> Placement:
         InputError: a station has fewer than three distinct points, or all on a line.
     """
     nominal = unloaded.nominal()[0]
+    # An arm is off alike where it stands alike: repeats are no further evidence.
+    alike = np.unique(np.round(unloaded.q, _ALIKE), axis=0, return_inverse=True)[1].reshape(-1)
     fits, left, turned = [], 0.0, 0.0
     for number in range(int(unloaded.station.max(initial=0)) + 1):
         mine = unloaded.station == number
@@ -110,7 +113,7 @@ def place(unloaded: Unloaded) -> Placement:
         fit = best_fit(points, wanted)
         fits.append(fit)
         left += fit.rms**2 * len(points)
-        errors = turn_errors(fit, points, wanted, unloaded.case[mine])
+        errors = turn_errors(fit, points, wanted, alike[unloaded.case[mine]])
         turned = max(turned, float(np.trace(errors)))
     apart = np.sum((unloaded.position - nominal) ** 2)
     count = len(unloaded)

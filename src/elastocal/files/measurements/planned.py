@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,9 +14,11 @@ from elastocal.errors import InputError, MeasurementFileError
 from elastocal.files.measurements.columns import FORCES, MASS, TORQUES
 from elastocal.files.measurements.joined import beside, plain_key
 from elastocal.files.measurements.table import Source, Table
-from elastocal.files.plans.proposal_file import Proposal, proposal_at
 from elastocal.reading import bytes_of
 from elastocal.robot.chain import Robot
+
+if TYPE_CHECKING:
+    from elastocal.files.plans.proposal_file import Proposal
 
 _LARGEST = 100_000_000  # bytes
 
@@ -68,6 +71,8 @@ def planned_at(path: Path, robot: Robot) -> PlannedJoints:
     Raises:
         MeasurementFileError: it cannot be read, or is none.
     """
+    from elastocal.files.plans.proposal_file import proposal_at  # with all of planning
+
     try:
         data = bytes_of(path, _LARGEST, MeasurementFileError)
         proposal = proposal_at(path, robot)
