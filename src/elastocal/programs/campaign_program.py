@@ -60,7 +60,8 @@ def campaign_program(
     """Program of a calibration campaign, in the order of the load cases.
 
     Every repeat is a full cycle: approach from the same side, go to the pose, measure unloaded,
-    load, measure loaded, unload. The robot never moves with the load on.
+    load, measure loaded, unload. The robot never moves with the load on. Of absolute readings a
+    repeat is: approach, pose, measure; what the flange carries, it carries on the way too.
 
     Args:
         study: The study, from which the load cases are judged again.
@@ -107,8 +108,13 @@ def campaign_program(
         ),
         speed=speed,
         provenance=Provenance(study.name, digest),
-        notes=(*_notes(bool(start), same), watch(seen.watched, seen.unwatched), *notes),
+        notes=(
+            *_notes(bool(start), same, weighs=study.experiments.weighs),
+            watch(seen.watched, seen.unwatched),
+            *notes,
+        ),
         watched=bool(study.motion_space.clearances),
+        carries=study.experiments.weighs,
     )
     _refuse_collisions(study.motion_space, program)
     return program
@@ -144,8 +150,10 @@ def _refuse_collisions(space: MotionSpace, program: RobotProgram) -> None:
         raise InfeasibleError(worded(doubt)).with_doubts(doubt)
 
 
-def _notes(home: bool, same: bool) -> tuple[str, ...]:
+def _notes(home: bool, same: bool, *, weighs: bool) -> tuple[str, ...]:
     notes = ["Forces act at the load point of the tool, in the axes of the robot base."]
+    if weighs:
+        notes = ["Every pose is measured once, as the arm stands there under what it carries."]
     if not same:
         notes.append("Not all poses are approached from the same side: limits are in the way.")
     if not home:
@@ -171,19 +179,26 @@ def _steps(
     steps: list[Step] = [Move(0)] if first else []
     markers = " ".join(study.experiments.tool.targets)
     m, experiment, approach = int(np.sum(repeats)), 0, first
+    carried = np.zeros(6)
     for i, wrench in enumerate(cases.wrench):
         approach = first + 2 * i
+        if study.experiments.weighs and (wrench != carried).any():
+            steps.append(Ask(f"{carried_text(wrench, study.gravity)} The robot moves next."))
+            carried = wrench
         if i or first:
             steps += [Move(target) for target in ways[i].tolist()]
         for _ in range(int(repeats[i])):
             experiment += 1
             head = f"Experiment {experiment}/{m}"
+            steps += [Move(approach), Move(approach + 1), Settle(settle)]
+            if study.experiments.weighs:
+                there = bool(wrench.any())
+                text = f"{head}: pose {i + 1}. Measure {markers}."
+                steps.append(Measure(text, experiment, i + 1, loaded=there))
+                continue
             free = f"{head}: pose {i + 1}. NO load. Measure {markers}."
             bent = f"{head}: pose {i + 1}. LOADED. Measure {markers}."
             steps += [
-                Move(approach),
-                Move(approach + 1),
-                Settle(settle),
                 Measure(free, experiment, i + 1, loaded=False),
                 Ask(f"{head}: {load_text(wrench)}."),
                 Settle(settle),
@@ -192,6 +207,16 @@ def _steps(
             ]
     back = [Move(target) for target in ways[-1].tolist()] if first else []
     return (*steps, *back, Move(0 if first else approach))
+
+
+def carried_text(wrench: Array, gravity: Array) -> str:
+    """What the flange is to carry from here on, by its weight under this gravity (3,)."""
+    size = float(np.linalg.norm(wrench[:3]))
+    if size == 0.0:
+        return "Take the payload off the flange."
+    return (
+        f"Mount the payload of {_plain(size / float(np.linalg.norm(gravity)), 3)} kg on the flange."
+    )
 
 
 def load_text(wrench: Array) -> str:

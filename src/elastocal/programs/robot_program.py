@@ -104,6 +104,7 @@ class RobotProgram:
         provenance: Where it comes from.
         notes: Further sentences for the header.
         watched: Whether motions from target to target were checked for collisions.
+        carries: Whether the robot moves with what loads it.
     """
 
     name: str
@@ -116,6 +117,7 @@ class RobotProgram:
     provenance: Provenance = field(default_factory=Provenance)
     notes: tuple[str, ...] = ()
     watched: bool = False
+    carries: bool = False
 
     def __post_init__(self) -> None:
         freeze(self, "targets")

@@ -241,9 +241,8 @@ def _to_plan(file: AbsoluteStudyFile, study: AbsoluteStudy, path: Path) -> Study
     if weight.any():  # it acts where its centre is
         chosen = next(p for p in study.payloads if p.name in _hung(file))
         tool = replace(tool, load_point=chosen.center)
-        study = replace(study, tool=tool)
     with at("identify"):
-        unknowns = planned_unknowns(study, limits, weight, payload)
+        unknowns = planned_unknowns(replace(study, tool=tool), limits, weight, payload)
     poses = []
     for i, pose in enumerate(file.test_poses):
         with at("test_poses", i):

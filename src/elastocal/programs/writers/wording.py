@@ -19,6 +19,10 @@ LOAD_DATA = (
     "Set the payload of the empty calibration tool and leave it so, loaded and unloaded: "
     "the controller must not compensate what is to be measured."
 )
+CARRIED = (
+    "The robot moves with what it carries: set the load data of what is mounted each time. If the "
+    "controller then shows other joint values, note those."
+)
 
 
 def header(
@@ -47,7 +51,7 @@ def header(
         f"{SAFETY} {WATCHED if program.watched else UNWATCHED}",
     ]
     if program.experiments:
-        sentences.append(LOAD_DATA)
+        sentences.append(CARRIED if program.carries else LOAD_DATA)
     lines = [line for sentence in sentences for line in wrapped(sentence, width) if line]
     return [*lines, signature("program")]
 
