@@ -63,6 +63,7 @@ Code = Literal[
     "nothing-to-compensate",
     "taken-as-zero",
     "tcp-not-read",
+    "tool-elsewhere",
     # of a corrected path
     "points-lost",
     "points-beyond-limits",

@@ -158,3 +158,18 @@ def test_a_tcp_that_was_not_read_is_said() -> None:
     assert "tcp-not-read" in codes
     codes = [note.code for note in compensate_calibrated(calibrated, cases, point="R1").notes]
     assert "tcp-not-read" not in codes
+
+
+def test_a_tool_that_is_not_the_one_drawn_is_taken_as_found() -> None:
+    """Reflectors a decimetre from their drawing: the arm does not go there to make up for it."""
+    calibrated = calibrated_as(RNG(8), KR270)
+    state = replace(calibrated.state, markers=calibrated.state.markers + 0.1)
+    calibrated = replace(calibrated, state=state)
+    cases = LoadCases(np.array([[0.1, -1.2, 1.3, 0.2, 0.5, 0.3]]), np.zeros((1, 6)))
+    done = compensate_calibrated(calibrated, cases)
+    assert [note.code for note in done.notes] == ["tool-elsewhere"]
+    point = carried_point(calibrated).point
+    wanted = flange(KR270, cases.q[0]) @ [*point, 1.0]
+    found = bent(calibrated, done.q[0], np.zeros(6), -1) @ [*point, 1.0]
+    assert found == pytest.approx(wanted, abs=1e-9)
+    assert np.linalg.norm(done.before[0]) < 0.02

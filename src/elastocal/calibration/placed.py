@@ -18,9 +18,11 @@ from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InputError
 from elastocal.measuring.best_fit import best_fits, unseen_turn
 from elastocal.measuring.positions import Positions
+from elastocal.robot.rotations import rotation_vectors
 
 TCP = "TCP"
 _SAME = 1e-6  # m within which a TCP is one of the reflectors
+_ELSEWHERE, _TURNED = 0.01, 0.05  # m, rad beyond which a drawing is of no tool that is there
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,18 @@ class Carried:
 
     def __post_init__(self) -> None:
         freeze(self, "point", "rotation", "drawn", "slope")
+
+    @property
+    def elsewhere(self) -> bool:
+        """Whether it is so far from its drawing that this is of another tool, or of none."""
+        off = float(np.linalg.norm(self.point - self.drawn))
+        turn = float(np.linalg.norm(rotation_vectors(self.rotation[None])[0]))
+        return off > _ELSEWHERE or turn > _TURNED
+
+    @property
+    def meant(self) -> Array:
+        """(3,) where a task means it to be on the flange as drawn: as drawn, if that is its tool."""
+        return self.point if self.elsewhere else self.drawn
 
 
 @dataclass(frozen=True)

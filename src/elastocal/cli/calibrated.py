@@ -241,7 +241,7 @@ def compensate_by_calibration(
     wanted = read_path(
         task.path,
         robot,
-        replace(calibrated.model.tool, tcp=carried.drawn),
+        replace(calibrated.model.tool, tcp=carried.meant),
         _start(study, task.start),
         load(task.force, task.torque),
         frame=np.linalg.inv(calibrated.state.base[station]) if task.tracker else None,

@@ -46,7 +46,8 @@ def compensate_calibrated(
 
     What remains counts as the station sees it: where the base stands is uncertain, too, and what
     nothing can tell apart of base and robot makes no difference. With six joints or more position
-    and orientation are restored, with fewer the position.
+    and orientation are restored, with fewer the position. A tool that is a centimetre or more from
+    its drawing is taken as it was found: the drawing was of another one, or of none.
 
     Args:
         calibrated: The robot.
@@ -66,8 +67,9 @@ def compensate_calibrated(
     arm = _arm(calibrated, payload, carried)
     compliance = calibrated.compliances.compliance
     drawn = forward_kinematics(calibrated.model.robot, cases.q)
-    target = drawn @ transform(carried.rotation.T)
-    target[:, :3, 3] = _at(drawn, carried.drawn)
+    turned = np.eye(3) if carried.elsewhere else carried.rotation
+    target = drawn @ transform(turned.T)
+    target[:, :3, 3] = _at(drawn, carried.meant)
     q, found = loaded_arm_at(arm, compliance, cases, target, cases.q)
     finite = np.where(np.isfinite(q), q, cases.q)
     rest = equilibrium(arm, compliance, LoadCases(finite, cases.wrench))
@@ -83,7 +85,7 @@ def compensate_calibrated(
     command = np.full_like(target, np.nan)
     told = forward_kinematics(calibrated.model.robot, q[converged])
     command[converged] = told
-    command[converged, :3, 3] = _at(told, carried.drawn)
+    command[converged, :3, 3] = _at(told, carried.meant)
     standing = LoadCases(np.where(converged[:, None], q, cases.q), cases.wrench)
     rows = placed(
         calibrated, standing, carried, station=station, mounting=mounting, payload=payload
@@ -138,6 +140,9 @@ def _notes(arm: ElasticArm, compliance: Array, carried: Carried) -> tuple[Doubt,
         found.append(Doubt("wrong-side", negative))
     if task_rows(arm) < 6:
         found.append(Doubt("position-only", numbers={"joints": len(arm.robot.joints)}))
+    if carried.elsewhere:
+        off = float(np.linalg.norm(carried.point - carried.drawn))
+        found.append(Doubt("tool-elsewhere", (carried.name,), numbers={"off": off}))
     if not carried.measured:
         found.append(Doubt("tcp-not-read", (carried.name,)))
     return tuple(found)

@@ -72,6 +72,10 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         f"{', '.join(doubt.about)}: of no compliance in the model, as held at zero by a fit; what "
         "they bend in truth is in none of these numbers"
     ),
+    "tool-elsewhere": lambda doubt: (
+        f"{doubt.about[0]} was found {length(doubt.numbers['off'])} from where it is drawn: the "
+        "path is taken to be for the tool as it was found"
+    ),
     "tcp-not-read": lambda _: (
         "the TCP is none of the reflectors that were read, nor carried by three of them: it is "
         "where the drawing has it, on a flange that only the priors hold, and ρ0 counts that; read "

@@ -55,7 +55,7 @@ def far_words(table: DHTable) -> list[str]:
     found = []
     for row, beta, far in zip(table.rows, table.beta.tolist(), table.far.tolist(), strict=True):
         if beta:
-            away = f"{far:.3g} m away" if np.isfinite(far) else "nowhere"
+            away = f"{far:.{0 if far > 10.0 else 2}f} m away" if np.isfinite(far) else "nowhere"
             found.append(
                 f"{row.name}: its axis is nearly parallel to the one beside it, their common "
                 f"normal is {away}; beta stands in place of so large a d (Hayati)"
