@@ -58,7 +58,7 @@ class Carried:
 
     @property
     def meant(self) -> Array:
-        """(3,) where a task means it to be on the flange as drawn: as drawn, if that is its tool."""
+        """(3,) where on the flange a task means it to be: as drawn, if that is its tool [m]."""
         return self.point if self.elsewhere else self.drawn
 
 
