@@ -16,12 +16,13 @@ def testtwo_frames_from_sums_are_those_of_two_fits() -> None:
     when = np.repeat(np.arange(10), 3)
     points, nominal = rng.normal(size=(2, 30, 3)) + np.array([100.0, -50.0, 3.0])
     nominal[:15] *= -1.0  # some fits would be reflections
-    found = two_frames(points, nominal, when)
-    for split in range(4, 7):
+    splits = np.arange(4, 7)
+    found = two_frames(points, nominal, when, splits)
+    for i, split in enumerate(splits):
         total = 0.0
         for side in (when < split, when >= split):
             total += best_fits(points[side], nominal[None, side])[2][0] ** 2 * side.sum()
-        np.testing.assert_allclose(found[split - 1], np.sqrt(total / 30), rtol=1e-9)
+        np.testing.assert_allclose(found[i], np.sqrt(total / 30), rtol=1e-9)
 
 
 def test_where_markers_should_be() -> None:

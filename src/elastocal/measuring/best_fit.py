@@ -79,11 +79,14 @@ def best_fits(points: Array, nominal: Array) -> tuple[Array, Array, Array]:
 
 def unseen_turn(points: Array) -> str:
     """Why points (N, 3) leave a turn open, empty if they do not."""
+    apart = points - points.mean(axis=0)
+    *_, across, along = np.linalg.eigvalsh(apart.T @ apart) if len(points) else (0.0, 0.0)
+    if across > max(_ON_A_LINE**2 * along, 1e-14):
+        return ""
     distinct = len(np.unique(np.round(points / _APART), axis=0))
     if distinct < 3:
         return f"{distinct} distinct point{'s' if distinct != 1 else ''}"
-    extent = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-    return "" if extent[1] > _ON_A_LINE * extent[0] else f"{distinct} points on one line"
+    return f"{distinct} points on one line"
 
 
 def turn_errors(fit: BestFit, points: Array, nominal: Array, group: IntArray) -> Array:

@@ -135,7 +135,7 @@ def beside_arm(found: Positions, robot: Robot, table: Coupling) -> tuple[float, 
         for k, name in ((int(k), found.tool.marker_names[int(k) % kinds]) for k in used)
     ]
     drawn = settled(few, markers=True)
-    rms = float(left_over(drawn, drawn.nominal())[0])
+    rms = float(left_over(drawn, drawn.drawn[None])[0])
     whole = replace(readings, markers=drawn.markers)
     tried = list(bumped(whole, found.names))
     if rms > FITS:
@@ -148,7 +148,7 @@ def beside_arm(found: Positions, robot: Robot, table: Coupling) -> tuple[float, 
         again = [t for t in once if t.size[1] <= 1 or t.kind == "exchanged"]
         for one in [*again, *several_signs[:_TRIED]]:
             other = settled(one.readings, markers=True)
-            left = float(left_over(other, other.nominal())[0])
+            left = float(left_over(other, other.drawn[None])[0])
             tried.append(replace(one, readings=other, rms=left))
     best = _best(tried, rms)
     numbers = {"rms": rms}

@@ -22,6 +22,7 @@ from elastocal.robot.conventions import Convention, conventions
 
 _SCALES = (1e3, 1e-3, 25.4, 1.0 / 25.4, 10.0, 0.1)
 _FEWEST = 4  # experiments before and after a bump
+_SPLITS = 1000  # of many experiments, so many are tried first
 _STILL = 5e-5  # m, by which a tracker may drift
 _OUTLYING = 16.0  # times the median of the squares
 
@@ -142,7 +143,7 @@ def single(
     part, out = unloaded, list[int]()
     for _ in range(min(5, len(np.unique(unloaded.case)) // 4)):
         part = settled(part, markers=True) if markers else part
-        square = np.sum(residuals(part, part.nominal()[0]) ** 2, axis=1)
+        square = np.sum(residuals(part, part.drawn) ** 2, axis=1)
         size = np.bincount(part.case, square) / np.maximum(np.bincount(part.case), 1)
         worst = int(size.argmax())
         if size[worst] < _OUTLYING * np.median(size[np.unique(part.case)]):
@@ -157,27 +158,31 @@ def single(
 
 def bumped(unloaded: Unloaded, names: Sequence[str]) -> Iterator[Misreading]:
     """One station that stood elsewhere from some experiment on."""
-    nominal = unloaded.nominal()[0]
+    nominal = unloaded.drawn
     cases = np.array(list(dict.fromkeys(unloaded.case.tolist())))
     if len(np.unique(unloaded.station)) > 1 or len(cases) < 2 * _FEWEST:
         return
     place = np.empty(int(cases.max()) + 1, dtype=np.int64)
     place[cases] = np.arange(len(cases))
     when = place[unloaded.case]
-    left = two_frames(unloaded.position, nominal, when)
-    best = _FEWEST + int(left[_FEWEST - 1 : len(cases) - _FEWEST].argmin())
+    inside = np.arange(_FEWEST, len(cases) - _FEWEST + 1)
+    some = inside[:: max(1, len(inside) // _SPLITS)]
+    near = int(some[two_frames(unloaded.position, nominal, when, some).argmin()])
+    some = inside[np.abs(inside - near) < max(1, len(inside) // _SPLITS)]
+    left = two_frames(unloaded.position, nominal, when, some)
+    best = int(some[left.argmin()])
     sides = (when < best, when >= best)
     frames = [best_fits(unloaded.position[side], nominal[None, side]) for side in sides]
     moved = [unloaded.position @ turn[0].T + shift[0] for turn, shift, _ in frames]
     by = float(np.sqrt(np.mean(np.sum((moved[1] - moved[0]) ** 2, axis=1))))
-    rms = float(left[best - 1])
+    rms = float(left.min())
     if by > max(rms, _STILL):
         name = names[int(cases[best])]
         yield Misreading("bumped", (name,), unloaded, rms, {"by": by})
 
 
-def two_frames(points: Array, nominal: Array, when: IntArray) -> Array:
-    """(N - 1,) root mean square distances [m] with one best fit before, and one from each on.
+def two_frames(points: Array, nominal: Array, when: IntArray, splits: IntArray) -> Array:
+    """(S,) root mean square distances [m] with one best fit before, and one from a split on.
 
     From sums over the experiments before, so that all of them take no longer than a few.
 
@@ -185,6 +190,7 @@ def two_frames(points: Array, nominal: Array, when: IntArray) -> Array:
         points: (R, 3) as read.
         nominal: (R, 3) as they should be.
         when: (R,) which of N experiments each belongs to, in their order.
+        splits: (S,) experiments from which on the other fit holds, from 1 to N - 1.
     """
     a, b = points - points.mean(axis=0), nominal - nominal.mean(axis=0)
     pairs = (b[:, :, None] * a[:, None, :]).reshape(-1, 9)
@@ -193,7 +199,8 @@ def two_frames(points: Array, nominal: Array, when: IntArray) -> Array:
     count = int(when.max()) + 1
     sums = np.stack([np.bincount(when, column, count) for column in each.T], axis=1)
     before: Array = np.cumsum(sums, axis=0).astype(float)
-    left = _left(before[:-1]) + _left(before[-1] - before[:-1])
+    first = before[splits - 1]
+    left = _left(first) + _left(before[-1] - first)
     return np.asarray(np.sqrt(np.maximum(left, 0.0) / len(a)))
 
 
@@ -212,4 +219,4 @@ def _left(sums: Array) -> Array:
 
 def _left_of(readings: Unloaded) -> float:
     """Root mean square distance after the best fits [m]."""
-    return float(left_over(readings, readings.nominal())[0])
+    return float(left_over(readings, readings.drawn[None])[0])

@@ -7,10 +7,11 @@ the frames in which they fit best to the rigid arm, and how far they are apart w
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
-from elastocal.arrays import Array, IntArray, freeze
+from elastocal.arrays import Array, IntArray, freeze, frozen
 from elastocal.measuring.best_fit import BestFit, best_fit, best_fits, turn_errors, unseen_turn
 from elastocal.robot.chain import Robot
 from elastocal.robot.posture import Posture
@@ -50,14 +51,18 @@ class Unloaded:
     def __len__(self) -> int:
         return len(self.case)
 
-    def nominal(self, each: Array | None = None) -> Array:
-        """(V, R, 3) where the markers are [m] in configurations (V, N, n); those known if None."""
-        each = self.q[None] if each is None else each
+    def nominal(self, each: Array) -> Array:
+        """(V, R, 3) where the markers are [m] in configurations (V, N, n)."""
         count = each.shape[1]
         posture = Posture(self.robot, each.reshape(-1, each.shape[2]))
         points = np.array([posture.point(marker) for marker in self.markers])  # (K, 3, V N)
         points = points.reshape(len(self.markers), 3, -1, count)
         return np.moveaxis(points[self.marker, :, :, self.case], 2, 0)
+
+    @cached_property
+    def drawn(self) -> Array:
+        """(R, 3) where the markers are in the known configurations [m]."""
+        return frozen(self.nominal(self.q[None])[0])
 
     def chosen(self, rows: IntArray) -> Unloaded:
         """Some of the readings, of all experiments."""
@@ -103,7 +108,7 @@ def place(unloaded: Unloaded) -> Placement:
     Raises:
         InputError: a station has fewer than three distinct points, or all on a line.
     """
-    nominal = unloaded.nominal()[0]
+    nominal = unloaded.drawn
     # An arm is off alike where it stands alike: repeats are no further evidence.
     alike = np.unique(np.round(unloaded.q, _ALIKE), axis=0, return_inverse=True)[1].reshape(-1)
     fits, left, turned = [], 0.0, 0.0
@@ -128,7 +133,7 @@ def place(unloaded: Unloaded) -> Placement:
 
 def placeable(unloaded: Unloaded) -> bool:
     """Whether every station has three points that are not on a line, read as well as nominal."""
-    nominal = unloaded.nominal()[0]
+    nominal = unloaded.drawn
     stations = range(int(unloaded.station.max(initial=0)) + 1)
     return len(unloaded) > 0 and not any(
         unseen_turn(points[unloaded.station == number])
@@ -172,7 +177,7 @@ def settled(few: Unloaded, *, markers: bool, joint: int | None = None) -> Unload
     """
     count = len(few.markers)
     for _ in range(_STEPS):
-        nominal = few.nominal()[0]
+        nominal = few.drawn
         posture = Posture(few.robot, few.q)
         columns = np.zeros((len(few), 3, 3 * count * markers + (joint is not None)))
         if markers:
