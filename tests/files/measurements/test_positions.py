@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from elastocal.errors import MeasurementFileError
 from elastocal.files.measurements.orientations import CONVENTIONS
 from elastocal.files.measurements.positions_file import read_positions
 from elastocal.measuring.positions import Positions
@@ -268,3 +269,44 @@ def test_whole_turns_are_inside_the_limits(tmp_path: Path) -> None:
     found = read(table(HEADER, cells), tmp_path)
     np.testing.assert_allclose(found.cases.q, TRUTH.q, atol=1e-11)
     assert any("whole turn" in remark for remark in found.remarks)
+
+
+WIDE = """\
+elastocal: 1
+columns: {experiment: Pose, "q [deg]": [A1, A2, A3, A4, A5, A6]}
+markers:
+  M1: {"x y z [mm]": [X1, Y1, Z1], "u [mm]": U1}
+  M2: {"x y z [mm]": [X2, Y2, Z2], "u [mm]": U2}
+"""
+
+
+def test_columns_for_every_reflector_of_which_some_are_not_seen(tmp_path: Path) -> None:
+    cells = [
+        [a[0], *a[2:], "0.01", *b[8:], "0.02"]
+        for a, b in zip(rows(TRUTH)[::2], rows(TRUTH)[1::2], strict=True)
+    ]
+    cells[1][7:11] = [""] * 4
+    cells[3][11:] = ["", "", "", "0.02"]
+    header = ["Pose", *JOINTS, "X1", "Y1", "Z1", "U1", "X2", "Y2", "Z2", "U2"]
+    found = read(table(header, cells), tmp_path, WIDE)
+    assert found.case.tolist() == [0, 0, 1, 2, 2, 3, 4, 4]
+    assert found.marker.tolist() == [0, 1, 1, 0, 1, 0, 0, 1]
+    np.testing.assert_allclose(found.value, TRUTH.points[found.case, found.marker], atol=1e-9)
+    np.testing.assert_allclose(found.covariance[2], 4e-10 * np.eye(3))
+    cells[2][8] = ""
+    with pytest.raises(MeasurementFileError, match=r"line 4, column 'Y1 / Y2': the cell is empty"):
+        read(table(header, cells), tmp_path, WIDE)
+
+
+def test_series_and_payloads_that_no_column_says(tmp_path: Path) -> None:
+    mapping = FOOT.replace("foot: [F1, F2]", "constants: {series: [A, B]}").rstrip()
+    mapping += "\n  payload: Load\nwords: {payload: {'0': none, '120': plates}}\n"
+    header = [*FOOT_HEADER, "Load"]
+    files = {
+        "a.csv": table(header, [[*row, "0"] for row in rows(TRUTH)]),
+        "b.csv": table(header, [[*row, "120"] for row in rows(truth(5, seed=2))]),
+    }
+    found = read(files, tmp_path, mapping)
+    assert found.names == tuple(f"{name}/{i}" for name in "AB" for i in range(1, 6))
+    assert found.stations == ("A", "B")
+    assert found.payload.tolist() == [-1] * 5 + [0] * 5

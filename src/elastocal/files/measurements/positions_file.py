@@ -75,7 +75,8 @@ def read_positions(
     files = opened(path, study.robot, mapping, plan, absolute=True)
     turned = {c.header for some in files.columns for k, c in some.items() if k in _TURNED}
     foot = bool(files.mapping and files.mapping.foot)
-    optional = [key for key in files.keys if _may_lack(key, foot=foot)]
+    wide = bool(files.mapping and files.mapping.markers)
+    optional = [key for key in files.keys if _may_lack(key, foot=foot, wide=wide)]
     files = used_alone(files, optional, () if study.tool.rotation else _TURNED)
     _check_columns(files, study)
     table, left = rows_of(files)
@@ -96,9 +97,12 @@ def read_positions(
     return with_arm(found, study, angles, _convention(files.mapping))
 
 
-def _may_lack(key: str, *, foot: bool) -> bool:
-    """Whether a cell may be empty: of an orientation; in rows of the foot, of the arm."""
-    return key in _TURNED or (foot and not {key} & {*AXES, *PLACE.noise})
+def _may_lack(key: str, *, foot: bool, wide: bool) -> bool:
+    """Whether a cell may be empty: of an orientation; in rows of the foot, of the arm.
+
+    Where a row has columns for every reflector, also those of one that was not seen.
+    """
+    return key in _TURNED or (wide if {key} & {*AXES, *PLACE.noise} else foot)
 
 
 def _check_columns(files: OpenFiles, study: AbsoluteStudy) -> None:
@@ -164,6 +168,11 @@ def _positions(table: Table, study: AbsoluteStudy, files: OpenFiles) -> tuple[Po
         count = int((~keep).sum())
         said.append(f"{count} row{'s' if count > 1 else ''} marked as invalid or deleted left out")
         table = kept(table, keep)
+    if mapping is not None and mapping.markers:
+        unseen = np.asarray(np.isnan(table.vectors(AXES)).all(axis=1))
+        if unseen.all():
+            raise MeasurementFileError(f"{table.where(0)}: no row has a position")
+        table = kept(table, ~unseen)
     still = on_foot(table, mapping.foot if mapping else ())
     time = times(table)
     if np.isfinite(time).any():
