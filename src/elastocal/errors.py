@@ -164,6 +164,7 @@ Code = Literal[
     "loss-above",
     "blind-above",
     "rho0-above",
+    "one-carries",
     "hardly-needed",
     "half-known",
     "constraint-broken",

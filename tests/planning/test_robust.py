@@ -20,10 +20,11 @@ from elastocal.planning.exchange import Held
 from elastocal.planning.near import NEAR, near_configurations
 from elastocal.planning.robust import in_plain_values, least_loss, robust
 from elastocal.study.robustness import Robustness
-from elastocal.study.study import Study, with_count
+from elastocal.study.study import Study, TestPose, with_count
 from elastocal.wording import worded
 from elastocal.wording.robust import robust_sentences
 from tests.kr270 import kr270_study
+from tests.planning.test_blind import with_tilts
 from tests.planning.test_promise import PLAN, REPEATS
 
 BEST = 2.784e-6  # m, the bound on ρ0
@@ -137,6 +138,34 @@ def test_what_a_plan_does_not_hold_is_said_with_what_it_has(sees: ec.Plan) -> No
     assert "the least that was found, where no more than 5.00 µm is" in said["blind-above"]
 
 
+def test_a_configuration_that_carries_the_result_is_named_with_what_need_not() -> None:
+    """Without nuisance plans are the best for ρ0, as ever; nothing is said where it was asked."""
+    made = ec.plan(asked(None, 3))
+    said = [worded(doubt) for doubt in made.doubts if doubt.code == "one-carries"]
+    assert len(said) == 1
+    assert "carries the result: 21.6 µm in place of 2.80 µm is left without it" in said[0]
+    assert "with `robust: 1.25` and `max_configurations: " in said[0]
+    numbers = next(doubt.numbers for doubt in made.doubts if doubt.code == "one-carries")
+    assert numbers["other_lost"] <= 1.2501 * BEST
+    assert numbers["other_promised"] <= 1.02 * made.assessment.rho0
+    assert made.as_good is None
+    assert made.standing is None
+
+
+def test_no_configuration_carries_the_result_by_default_where_nuisance_counts() -> None:
+    """Springs so small that they change no plan: 5.56 µm would be left without one of six."""
+    small = replace(with_tilts(1e-11), experiments=asked(None).experiments)
+    made = ec.plan(small)
+    assert made.as_good is not None
+    assert made.as_good.lost > 1.8 * BEST
+    assert made.assessment.promised <= 1.02 * made.as_good.promised
+    assert lost(small, made.load_cases, made.repeats) <= 0.8 * made.as_good.lost
+    assert made.schedule.total / 60.0 <= 1.1 * made.as_good.minutes
+    assert robust_sentences(made)
+    few = replace(small, experiments=replace(small.experiments, max_configurations=3))
+    assert ec.plan(few).as_good is None
+
+
 def test_nobody_may_turn_what_is_seen() -> None:
     """Turning A1 changes nothing of ρ0 under a hung weight, but what is seen of the foot."""
     study = asked(Robustness(within=1.02), 6)
@@ -165,7 +194,7 @@ def test_what_cannot_be_asked_for(wish: dict[str, float], said: str) -> None:
 
 def test_blind_errors_of_matrices_are_refused_before_any_search() -> None:
     study = asked(SEES)
-    poses = tuple(replace(pose, case=None, tool=None) for pose in study.test_poses)
+    poses = tuple(TestPose(pose.name, pose.regressors[0]) for pose in study.test_poses)
     with pytest.raises(InputError, match="given as matrices"):
         ec.plan(replace(study, test_poses=poses))
 

@@ -30,6 +30,7 @@ from elastocal.planning.aim import Aim, aim_of, is_for_promise
 from elastocal.planning.assessment import Assessment, assess, broken, hardly_known, search_stopped
 from elastocal.planning.blind import BlindErrors, blind_errors
 from elastocal.planning.bracket import bracket
+from elastocal.planning.carried import carried
 from elastocal.planning.certificate import (
     Bound,
     Certificate,
@@ -105,7 +106,7 @@ class Plan:
     @cached_property
     def doubts(self) -> tuple[Doubt, ...]:
         """What is weak: a search that was stopped; more left without one configuration than is
-        allowed; joints taken as rigid that the task bends, which
+        allowed, or than need be; joints taken as rigid that the task bends, which
         ρ0 leaves out; compliances that the experiments hardly tell, or that the task hardly needs;
         what is hardly watched; what is out of reach."""
         rigid = [d for d in left_rigid(self.study) if d.code == "rigid-at-test-pose"]
@@ -116,10 +117,12 @@ class Plan:
             *half_known(self.study, self.assessment),
             *hardly_needed(self.study, self.assessment),
         )
+        best = self.certificate.rho0_bound
+        alone = carried(self.study, self.load_cases, self.repeats, self.assessment, best)
         out = out_of_reach(self.study.motion_space)
         blind = None if self.standing is None else self.standing.blind
         lost = not_held(self.study, self.assessment, self.certificate, blind)
-        return (*stopped, *lost, *rigid, *hardly, *usual, *watched, *out)
+        return (*stopped, *lost, *rigid, *hardly, *alone, *usual, *watched, *out)
 
     @cached_property
     def blind(self) -> BlindErrors | None:
@@ -129,7 +132,8 @@ class Plan:
     @cached_property
     def standing(self) -> Standing | None:
         """Where it stands, if it is to withstand something."""
-        if self.study.experiments.robust is None or not self.assessment.identifiable:
+        asked = self.study.experiments.robust is not None or self.as_good is not None
+        if not asked or not self.assessment.identifiable:
             return None
         found = asked_standing(self.study, self.load_cases, self.repeats)
         return replace(found, minutes=self.schedule.total / 60.0)
@@ -329,13 +333,12 @@ def _searched(
         single, as_good = merged(goal, design, _roomiest(study, plain.cases)), None
         if single is not design:
             plain = simplify(space, space.load_cases(single.x))
-        if study.experiments.robust is not None and not found.stopped:
+        if not found.stopped:
             tell("plans that can lose a configuration, or see more", 1.0)
             chance, best = np.random.default_rng([seed, 5]), bound.loss(aim.count)
             before = plain.cases, single.counts
-            single, plain, as_good = withstanding(
-                study, aim, reachable, goal, design, before, best, chance
-            )
+            other = withstanding(study, aim, reachable, goal, design, before, best, chance)
+            single, plain, as_good = other or (single, plain, None)
         design = single
         cases = plain.cases
         order = best_order(cases, study.pace, free=partial(motions_free, motions)).sequence

@@ -39,6 +39,13 @@ _SOFT, _SHARP = 12.0, 40.0  # powers of the norm in place of the largest, if tha
 _SOME = 0.3  # of the coordinates of a load case are stirred, half of the time
 _FEW = 8  # unknowns up to which so many are tried
 _NEARLY = 1.0 + 1e-3  # a limit that is passed by less is held
+CARRIED = 1.5
+"""A configuration carries the result if without it so many times as much is left; ours."""
+PROPOSED = 1.25
+"""Times the best that a plan may leave without any configuration, of one that need not; ours."""
+_LITTLE = 1.02  # times ρ0, or the promise, that this may cost where nobody asks for it
+_MUCH = 0.8  # of what is left after a loss that it must come to then
+_LONGER = 1.1  # times the minutes at the cell that it may take then
 
 
 def least_loss(distinct: int) -> float:
@@ -115,8 +122,11 @@ def withstanding(
     before: tuple[LoadCases, IntArray],
     best: float,
     rng: np.random.Generator,
-) -> Withstanding:
+) -> Withstanding | None:
     """The plan that a study asks for which says what plans are to withstand.
+
+    One that knows nuisance and limits no configurations gets a plan of which none carries the
+    result, too, where that costs little.
 
     Args:
         study: The study.
@@ -129,13 +139,36 @@ def withstanding(
         rng: Of random load cases.
     """
     wish = study.experiments.robust
-    assert wish is not None
+    if wish is None:
+        now = standing(study, *before, None)
+        if not _by_default(study) or now.lost <= CARRIED * now.promised:
+            return None
+        made = robust(aim, space, goal, design, Held(loss=PROPOSED * best), rng)
+        plain = in_plain_values(aim.space, made.x, None)
+        other = standing(study, plain.cases, made.counts, None)
+        paid = pays(now, other) and other.minutes <= _LONGER * now.minutes
+        return Withstanding(made, plain, now) if paid else None
     sums = blind_sums(study, before[0]) if wish.sees else None
     within, loss = (None if share is None else share * best for share in (wish.within, wish.loss))
     made = robust(aim, space, goal, design, Held(within, loss, wish.blind, sums), rng)
     return Withstanding(
         made, in_plain_values(aim.space, made.x, sums), standing(study, *before, sums)
     )
+
+
+def pays(now: Standing, other: Standing) -> bool:
+    """Whether a plan that costs little more loses much less."""
+    less = np.isfinite(other.lost) and other.lost <= _MUCH * now.lost
+    return bool(less and other.promised <= _LITTLE * now.promised)
+
+
+def _by_default(study: Study) -> bool:
+    """Whether a study leaves it to us how many configurations there are, and whether one is dear.
+
+    Without nuisance plans are the best for ρ0, as ever.
+    """
+    limited = study.experiments.max_configurations is not None
+    return study.nuisance is not None and not limited and study.criterion == RHO0.name
 
 
 def robust(
@@ -145,6 +178,7 @@ def robust(
     design: ExactDesign,
     held: Held,
     rng: np.random.Generator,
+    share: float = 1.0,
 ) -> ExactDesign:
     """The design after the moves.
 
@@ -155,9 +189,10 @@ def robust(
         design: The plan to begin with.
         held: What it is to hold.
         rng: Of random load cases.
+        share: Of the load cases that are tried, for a quick look.
     """
     seen = held.sums is not None
-    few = min(1.0, (_FEW / space.parameters) ** 2)  # of many unknowns fewer are tried
+    few = share * min(1.0, (_FEW / space.parameters) ** 2)  # of many unknowns fewer are tried
     many, often = (round(few * size) for size in ((_MANY, _OFTEN) if seen else (_POOL, _STIRRED)))
 
     soft = _SOFT if held.blind is None else _SHARP

@@ -64,6 +64,7 @@ _WEAK: frozenset[Code] = frozenset(
         "loss-above",
         "blind-above",
         "rho0-above",
+        "one-carries",
         "rigid-at-test-pose",
         "hardly-known",
     }
@@ -83,6 +84,28 @@ def _loss_above(doubt: Doubt) -> str:
     if found["least"] > found["asked"]:
         return f"{said}; with {distinct} no plan leaves less than {number(found['least'], 3)} times"
     return f"{said}; more than {distinct} may help"
+
+
+def _one_carries(doubt: Doubt) -> str:
+    sizes = {name: length(size) for name, size in doubt.numbers.items()}
+    minutes, times = doubt.numbers["minutes"], "as long at the cell"
+    if abs(minutes) >= _SAME:
+        times = f"{abs(minutes):.0f} min {'more' if minutes > 0.0 else 'less'} at the cell"
+    left = f"{sizes['lost']} in place of {sizes['promised']} is left without it"
+    if not math.isfinite(doubt.numbers["lost"]):
+        left = "the rest does not tell the compliances apart"
+    several = round(doubt.numbers["configurations"])
+    by = counted(several, "configuration")
+    if several > doubt.numbers["allowed"]:
+        by = f"`max_configurations: {several}`"
+    return (
+        f"configuration {doubt.about[0]} carries the result: {left}; with `robust: "
+        f"{doubt.numbers['asked']:g}` and {by} about {sizes['other_lost']} would be, by ρ0 of "
+        f"{sizes['other_promised']}, {times}"
+    )
+
+
+_SAME = 0.5  # minutes
 
 
 def _hardly_known(doubt: Doubt) -> str:
@@ -262,6 +285,7 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         f"the plan has {number(doubt.numbers['times'], 4)} times the best there is, where no more "
         f"than {number(doubt.numbers['asked'], 4)} times is asked for; more configurations may help"
     ),
+    "one-carries": _one_carries,
     "hardly-known": _hardly_known,
     "half-known": _half_known,
     "hardly-needed": _hardly_needed,
