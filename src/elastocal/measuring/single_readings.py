@@ -41,7 +41,7 @@ def turn_covariance(instrument: Instrument) -> Array:
     """
     if instrument.sigma_rotation is None:
         raise InputError(
-            "the instrument says nothing of orientations; expected sigma_rotation_mrad, or a "
+            "the instrument says nothing of orientations; expected sigma_mrad in it, or a "
             "column such as 'ur [mrad]'"
         )
     return np.asarray(instrument.sigma_rotation**2 * np.eye(3))

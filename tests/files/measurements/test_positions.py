@@ -310,3 +310,21 @@ def test_series_and_payloads_that_no_column_says(tmp_path: Path) -> None:
     assert found.names == tuple(f"{name}/{i}" for name in "AB" for i in range(1, 6))
     assert found.stations == ("A", "B")
     assert found.payload.tolist() == [-1] * 5 + [0] * 5
+
+
+def test_joints_and_payloads_of_a_plan(tmp_path: Path) -> None:
+    """A weight that the plan has there or not is the payload with this weight."""
+    header = ["configuration", *(f"{j} [deg]" for j in JOINTS), "Fx [N]", "Fy [N]", "Fz [N]"]
+    planned = [
+        [f"C{i}", *(f"{v:.9f}" for v in np.degrees(q)), "0", "0", f"{-1176.798 * (i % 2)}", "1"]
+        for i, q in enumerate(TRUTH.q)
+    ]
+    (tmp_path / "plan.csv").write_text(table([*header, "repeats"], planned))
+    cells = [[*row[:2], *row[8:]] for row in rows(TRUTH)]
+    (tmp_path / "m.csv").write_text(table(["experiment", "marker", *HEADER[8:]], cells))
+    found = read_positions(tmp_path / "m.csv", study(), plan=tmp_path / "plan.csv")
+    np.testing.assert_allclose(found.cases.q, TRUTH.q, atol=1e-10)
+    assert found.payload.tolist() == [-1, 0, -1, 0, -1]
+    assert not found.cases.wrench.any()
+    with pytest.raises(MeasurementFileError, match="column 'A1 \\[deg\\]' is missing"):
+        read_positions(tmp_path / "m.csv", study())

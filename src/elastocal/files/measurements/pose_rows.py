@@ -8,13 +8,16 @@ from dataclasses import replace
 import numpy as np
 
 from elastocal.arrays import BoolArray, IntArray, frozen
+from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import MeasurementFileError
 from elastocal.files.measurements.cells import Words
 from elastocal.files.measurements.table import Table
 from elastocal.robot.payloads import Payload
+from elastocal.study.absolute import AbsoluteStudy
 
 APART = ("series", "mounting", "payload", "state")
 """Words that tell experiments of one name apart."""
+_ALIKE = 1e-3  # by which weights of plans are rounded at most
 _NOTHING = ("-", "none", "nothing")
 
 
@@ -110,6 +113,29 @@ def carried(table: Table, payloads: Sequence[Payload], usual: str) -> IntArray:
             "'none' is nothing"
         )
     return frozen(found, np.int64)
+
+
+def hung_as_planned(
+    cases: LoadCases, payload: IntArray, study: AbsoluteStudy
+) -> tuple[LoadCases, IntArray]:
+    """Load cases of a plan with the weight that it chooses as the payload that it is.
+
+    Args:
+        cases: N load cases as planned: a payload that is there or not is its weight there.
+        payload: (N,) what is carried as far as readings say.
+        study: The payloads, and gravity.
+
+    Returns:
+        The load cases without these weights, and (N,) what is carried.
+    """
+    wrench, carried = np.array(cases.wrench), np.array(payload)
+    for number, one in enumerate(study.payloads):
+        weight = np.append(one.mass * study.gravity, np.zeros(3))
+        size = np.linalg.norm(weight)
+        same = np.linalg.norm(wrench - weight, axis=1) <= _ALIKE * size
+        if size and one.name != study.payload and same.any():
+            wrench[same], carried[same] = 0.0, number
+    return replace(cases, wrench=wrench), carried
 
 
 def _nothing(name: str) -> int:

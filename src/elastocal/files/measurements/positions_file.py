@@ -36,6 +36,7 @@ from elastocal.files.measurements.mapping import FieldMapping
 from elastocal.files.measurements.orientations import LENGTH, VECTOR, from_angles, from_four
 from elastocal.files.measurements.pose_rows import (
     carried,
+    hung_as_planned,
     numbered,
     on_foot,
     refuse_empty,
@@ -194,6 +195,10 @@ def _positions(table: Table, study: AbsoluteStudy, files: OpenFiles) -> tuple[Po
             "joint values are taken as those of the model, not of its controller; a mapping with "
             "'joints: controller' says otherwise"
         )
+    payload = carried(arm, study.payloads, study.payload)
+    payload = payload[first_rows(grouping.codes, len(grouping.names))]
+    if files.planned is not None and "payload" not in arm.words:
+        cases, payload = hung_as_planned(cases, payload, study)
     mounting, mountings = numbered(arm, "mounting", "series")
     value, covariance, row, target, own = _readings(arm, marker, study, mapping)
     station = stations[~still][row]
@@ -213,7 +218,7 @@ def _positions(table: Table, study: AbsoluteStudy, files: OpenFiles) -> tuple[Po
         station_names,
         mounting=mounting[first],
         mountings=mountings,
-        payload=carried(arm, study.payloads, study.payload)[first],
+        payload=payload,
         payloads=tuple(payload.name for payload in study.payloads),
         time=time[of_arm],
         torque=_torques(arm, grouping.codes, study),
