@@ -93,7 +93,7 @@ def calibrated_as(
 
 
 def plain_positions(rng: np.random.Generator, model: ArmModel, count: int) -> Positions:
-    """Readings of all reflectors by one station, all with the first payload."""
+    """Readings of all reflectors by one station, all with the first payload if there is any."""
     markers, poses = len(model.tool.markers), np.arange(count)
     case = np.repeat(poses, markers)
     n = len(model.robot.joints)
@@ -106,6 +106,6 @@ def plain_positions(rng: np.random.Generator, model: ArmModel, count: int) -> Po
         rng.normal(size=(len(case), 3)),
         np.tile(np.eye(3), (len(case), 1, 1)),
         np.zeros(len(case)),
-        payload=np.zeros(count),
+        payload=np.full(count, 0 if model.payloads else -1),
         payloads=tuple(p.name for p in model.payloads),
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree
@@ -86,7 +87,7 @@ def test_its_extension_says_what_bends(kr270: Case) -> None:
     assert list(found) == list(model.names)
     for i, entry in enumerate(found.values()):
         assert float(entry["value"]) == model.compliance[i]
-        assert entry["unit"] == "rad/(N·m)"
+        assert entry["unit"] == "rad/(N.m)"
     (base,) = extension.iter("base")
     shift = np.array(base.attrib["xyz"].split(), dtype=float)
     assert shift == pytest.approx(kr270.calibrated.state.base[0, :3, 3], abs=1e-15)
@@ -265,6 +266,24 @@ def test_a_second_run_replaces_the_first_but_no_other_file(kr270: Case, to: str)
     done = run("export", kr270.model, "--to", to, "--study", kr270.study, "-o", path)
     assert done.exit_code == 2
     assert path.read_text("utf-8") == "mine"
+
+
+def test_a_xacro_file_is_expanded(tmp_path: Path) -> None:
+    pytest.importorskip("xacro")
+    urdf = next(path for path in OWN if path.stem == "kr270")
+    text = urdf.read_text("utf-8")
+    space = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
+    text = text.replace("<robot ", f"<robot {space} ", 1)
+    text = text.replace("</robot>", '<xacro:arg name="x" default="1"/></robot>')
+    (tmp_path / "arm.urdf.xacro").write_text(text, "utf-8")
+    study = (urdf.parent / "study.yaml").read_text("utf-8")
+    study = study.replace("{urdf: kr270.urdf}", "{urdf: arm.urdf.xacro}")
+    (tmp_path / "study.yaml").write_text(study, "utf-8")
+    case = case_of(urdf, tmp_path)._replace(study=tmp_path / "study.yaml")
+    text = export(case, "urdf").read_text("utf-8")
+    again = by_us(text, None, re.findall(r'<link name="([^"]*)"', text)[-1])
+    for q in configurations(again, np.random.default_rng(4)):
+        assert np.abs(plain_flange(again, q) - plain_flange(case.calibrated.robot, q)).max() < 1e-9
 
 
 def test_a_plan_is_no_calibrated_robot(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +13,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import elastocal as ec
-from elastocal.calibration.calibrated_robot import CalibratedRobot
+from elastocal.calibration.arm_model import State
+from elastocal.calibration.calibrate import calibrate
+from elastocal.calibration.calibrated_robot import CalibratedRobot, put_away
+from elastocal.calibration.parameters import parameters_of
 from elastocal.calibration.prediction import predicted
+from elastocal.elastic.springs import joint_springs
+from elastocal.elastic.unknowns import each_spring
 from elastocal.errors import ModelFileError
 from elastocal.files.models import calibration_file
 from elastocal.files.models.calibration_file import read_calibration
@@ -21,11 +27,14 @@ from elastocal.files.models.calibration_kind import is_calibration
 from elastocal.files.models.calibration_writing import calibration_document, write_calibration
 from elastocal.measuring.positions import Positions
 from elastocal.robot.chain import Robot
+from elastocal.robot.geometry import geometric_errors
 from tests.calibration.random_calibrated import (
+    TOOL,
     calibrated_as,
     plain_positions,
     random_calibrated,
 )
+from tests.calibration.random_campaign import random_model, random_state
 from tests.files.damage import damaged
 from tests.robot.sources.test_mimic_on_chain import read as level_arm
 
@@ -195,3 +204,32 @@ def test_sentences(
     path.write_text(json.dumps(changed, indent=1), "utf-8")
     with pytest.raises(ModelFileError, match=message):
         read_calibration(path, two_links)
+
+
+def test_a_fit_is_put_away_whole(tmp_path: Path) -> None:
+    """A small campaign, fitted, written and read: predictions, and what is known of them."""
+    rng = np.random.default_rng(6)
+    model = random_model(rng, [False, False, False])
+    plain = model.__class__(
+        model.robot, TOOL, geometric_errors(model.robot), each_spring(joint_springs(model.robot)),
+        np.array([0.0, 0.0, -9.81]),
+    )  # fmt: skip
+    truth = random_state(rng, random_model(np.random.default_rng(6), [False, False, False]), 1e-3)
+    state = State(
+        truth.base[:1], TOOL.markers[None], np.eye(3)[None],
+        1e-3 * rng.normal(size=len(plain.errors)), np.full(3, 1e-4),
+    )  # fmt: skip
+    positions = plain_positions(rng, plain, 40)
+    seen = predicted(plain, positions, parameters_of(plain, positions), state)
+    value = positions.value - seen.error + 1e-5 * rng.normal(size=seen.error.shape)
+    covariance = np.tile(1e-10 * np.eye(3), (len(value), 1, 1))
+    positions = replace(positions, value=value, covariance=covariance, source="m.csv", sha256="ab")
+    fit = calibrate(plain, positions, parameters_of(plain, positions))
+    calibrated = put_away(fit, "cell", "cd")
+    found = again(calibrated, tmp_path, plain.robot)
+    assert apart(calibrated, found, positions) < 1e-9
+    there = predicted(found.model, positions, found.parameters, found.state)
+    assert np.abs(there.error - fit.error).max() < 1e-9
+    assert np.sqrt((there.error**2).sum(axis=1).mean()) == pytest.approx(found.fitted, rel=1e-9)
+    assert found.origin == calibrated.origin
+    assert np.array_equal(found.standard_error, calibrated.standard_error)

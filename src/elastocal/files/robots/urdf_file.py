@@ -126,7 +126,7 @@ def _springs(calibrated: CalibratedRobot) -> list[str]:
     for i, (name, kind) in enumerate(zip(model.names, model.springs.kinds, strict=True)):
         numbers = {
             "value": repr(float(model.compliance[i])),
-            "unit": kind.compliance,
+            "unit": kind.compliance.replace("·", "."),
             "standard_error": repr(float(model.standard_error[i])),
         }
         if name not in elsewhere:

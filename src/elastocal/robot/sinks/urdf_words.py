@@ -9,6 +9,8 @@ import numpy as np
 
 from elastocal.arrays import Array
 
+_NOTHING = 1e-17  # m, rad
+
 
 def element(tag: str, **attributes: object) -> str:
     """An element of nothing but attributes."""
@@ -30,8 +32,10 @@ def words_of(values: Iterable[float]) -> str:
 
 
 def pose_words(T: Array) -> dict[str, str]:
-    """`xyz` and `rpy` of a pose (4, 4) [m, rad]."""
-    return {"xyz": words_of(T[:3, 3]), "rpy": words_of(roll_pitch_yaw(T[:3, :3]))}
+    """`xyz` and `rpy` of a pose (4, 4) [m, rad]; what is below all rounding is zero."""
+    numbers = np.array([*T[:3, 3], *roll_pitch_yaw(T[:3, :3])])
+    numbers[np.abs(numbers) < _NOTHING] = 0.0
+    return {"xyz": words_of(numbers[:3]), "rpy": words_of(numbers[3:])}
 
 
 def roll_pitch_yaw(rotation: Array) -> tuple[float, float, float]:
