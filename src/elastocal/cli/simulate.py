@@ -100,6 +100,33 @@ def simulate_command(
     """
     import numpy as np
 
+    from elastocal.files.study.absolute_file import is_absolute
+
+    if is_absolute(study_file):
+        from elastocal.cli.simulated import simulate_positions
+        from elastocal.simulation.virtual_campaign import Outliers
+
+        simulate_positions(
+            study_file,
+            plans,
+            truth,
+            out or Path("positions.csv"),
+            truth_out,
+            Outliers(outliers_percent / 100.0, outlier_mm / 1e3),
+            seed,
+            {
+                "--campaigns": number,
+                "--random": random,
+                "--picture": picture,
+                "--linear": linear,
+                "--no-nuisance": no_nuisance,
+                "--load-error-percent": load_error_percent,
+                "--load-direction-deg": load_direction_deg,
+            },
+            force=force,
+            as_json=as_json,
+        )
+        return
     from elastocal.cli.inputs import (
         knowing_as,
         only_proposal,

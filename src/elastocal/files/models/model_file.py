@@ -27,6 +27,7 @@ from elastocal.files.models.claims import (
     ProvenanceFile,
     refuse_false_claims,
 )
+from elastocal.files.models.true_frames import TrueFrameFile, displaced
 from elastocal.files.models.true_loads import TrueLoadsFile
 from elastocal.files.problems import first_problem
 from elastocal.files.sections import After, Before, Section, SectionError, fresh
@@ -107,6 +108,7 @@ class ModelFile(Section):
     identification: IdentificationFile | None = None
     diagnostics: DiagnosticsFile | None = None
     true_loads: TrueLoadsFile | None = None
+    true_frames: dict[Name, TrueFrameFile] | None = None
 
 
 def read_model(path: str | Path, robot: Robot, *, believed: bool = True) -> ComplianceModel:
@@ -154,6 +156,22 @@ def true_loads_in(path: str | Path) -> TrueLoads | None:
             return None if file.true_loads is None else file.true_loads.loads()
 
     return _read(Path(path), loads)
+
+
+def true_frames_in(path: str | Path, robot: Robot) -> Array | None:
+    """(n + F + 1, 4, 4) where frames of a virtual robot are in those that are drawn [m].
+
+    None if the file does not say.
+
+    Raises:
+        ModelFileError: not a model file, or not the frames of this robot; names line and key.
+    """
+
+    def frames(file: ModelFile, _: dict[str, Any]) -> Array | None:
+        with at("true_frames"):
+            return None if file.true_frames is None else displaced(file.true_frames, robot)
+
+    return _read(Path(path), frames)
 
 
 def readings_in(path: str | Path) -> tuple[str, ...]:
