@@ -121,3 +121,40 @@ def _hash(study: AbsoluteStudy) -> str:
     import hashlib
 
     return hashlib.sha256(study.text.encode()).hexdigest()
+
+
+def report_command(
+    model: Path,
+    study_file: Path | None,
+    measurements: list[Path],
+    mapping: Path | None,
+    validation: list[Path],
+    out: Path,
+) -> None:
+    """Write a page about a calibration, which is fitted again.
+
+    Raises:
+        InputError: study or readings are missing, or are not those of the calibration.
+    """
+    from elastocal.report import calibration_html
+    from elastocal.report.sections.calibration import CalibrationContents
+    from elastocal.writing import write_text
+
+    if study_file is None or not measurements:
+        raise InputError(
+            f"{model}: a report of a calibration needs its --study and its --measurements"
+        )
+    study = read_absolute_study(study_file)
+    robot = read_calibration(model, study.robot)
+    positions = read_positions(measurements, study, mapping)
+    if robot.origin.measurements_sha256 not in ("", positions.sha256):
+        raise InputError(f"{model}: was not made from these measurements")
+    arm = arm_model(study)
+    found = calibrate(arm, positions, unknowns_of(study, arm, positions))
+    grown = ladder(growing(study, positions), positions, None, found)
+    checked = None
+    if validation:
+        checked = check(robot, read_positions(validation, study, mapping))
+    contents = CalibrationContents(study.name, found, grown, checked)
+    write_text(out, calibration_html(contents))
+    print(f"wrote {out}")

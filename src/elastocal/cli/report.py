@@ -64,8 +64,26 @@ def report_command(
 ) -> None:
     """Show a campaign, as far as it has come, as a page that works offline.
 
-    Whatever follows the plan is computed again from the files that are named.
+    Whatever follows the plan is computed again from the files that are named. In place of the
+    plan may stand a robot calibrated from absolute readings, with its study and these readings.
     """
+    from elastocal.files.models.calibration_kind import is_calibration
+
+    if is_calibration(plan_file):
+        from elastocal.cli.absolute import report_command as calibration_report
+
+        named = [
+            plan_file,
+            *(measurements or []),
+            *(validation or []),
+            *([mapping] if mapping else []),
+        ]
+        writable(out, *named)
+        replaceable(out, "report", force=force)
+        calibration_report(
+            plan_file, study_file, measurements or [], mapping, validation or [], out
+        )
+        return
     from elastocal.cli.inputs import (
         Files,
         plan_and_study,

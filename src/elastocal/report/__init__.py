@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from elastocal.report.contents import Contents
+    from elastocal.report.sections.calibration import CalibrationContents
 
-__all__ = ["html"]
+__all__ = ["calibration_html", "html"]
 
 
 def html(contents: Contents) -> str:
@@ -29,3 +30,10 @@ def html(contents: Contents) -> str:
     from elastocal.report.page import render
 
     return render(contents)
+
+
+def calibration_html(contents: CalibrationContents) -> str:
+    """A calibration from absolute readings as one self-contained HTML page."""
+    from elastocal.report.page import render_calibration
+
+    return render_calibration(contents)

@@ -17,6 +17,11 @@ from elastocal.drawing.policy import policy
 from elastocal.errors import InputError
 from elastocal.report.contents import Contents
 from elastocal.report.section import Chapter, PageSection, Values
+from elastocal.report.sections.calibration import (
+    CalibrationContents,
+    calibration_chapter,
+    calibration_top,
+)
 from elastocal.report.sections.compensation import compensation_chapter
 from elastocal.report.sections.identification import identification_chapter
 from elastocal.report.sections.monte_carlo import monte_carlo_chapter
@@ -51,13 +56,24 @@ def render(contents: Contents) -> str:
     else:
         raise InputError("a report needs a plan, an identification or another result to show")
     chapters.append(Chapter("", (provenance(contents),)))
+    return _page(title(contents), top, chapters)
+
+
+def render_calibration(contents: CalibrationContents) -> str:
+    """HTML of a calibration from absolute readings."""
+    top, chapter = calibration_top(contents), calibration_chapter(contents)
+    return _page(f"{contents.name}: calibration", top, [chapter])
+
+
+def _page(name: str, top: PageSection, chapters: list[Chapter]) -> str:
+    """HTML of sections: one on top, the others in their chapters."""
     environment = _environment()
     sections = [section for chapter in chapters for section in chapter.sections]
     scenes = {s.id: _script_json(s.scene) for s in sections if s.scene is not None}
     own = Markup(files("elastocal.report").joinpath("templates/scene.js").read_text("utf-8"))
     scripts = [_plotly(), own] if scenes else [own]
     return environment.get_template("page.html").render(
-        title=title(contents),
+        title=name,
         signature=signature("report"),
         colours=COLOURS,
         top=_html(top, environment),
