@@ -43,6 +43,12 @@ def test_each_gains_and_the_best_comes_first(study: Study, found: dict[str, Mend
     assert found["all"].promised < found["configurations"].promised
 
 
+def test_what_another_way_beats_in_both_is_left_out(found: dict[str, Mend]) -> None:
+    """So each that promises less takes less time."""
+    minutes = [mend.minutes for mend in found.values()]
+    assert minutes == sorted(set(minutes), reverse=True)
+
+
 def test_loads_from_the_side_find_the_first_joint(found: dict[str, Mend]) -> None:
     """Another load takes a change of load, 12 minutes, and moves; readings take 2 minutes each."""
     step = found["second-step"]

@@ -63,6 +63,8 @@ class Mend:
 def mends(study: Study, cases: LoadCases, repeats: IntArray) -> tuple[Mend, ...]:
     """Ways that gain 5 % or more of what a plan promises, the best first.
 
+    What promises less than another way and takes no less time is left out.
+
     Nothing is proposed where the study knows no nuisance, or counts earlier campaigns.
 
     Source: ours.
@@ -73,7 +75,10 @@ def mends(study: Study, cases: LoadCases, repeats: IntArray) -> tuple[Mend, ...]
     if not np.isfinite(now) or any(others) or own.any():
         return ()
     found = [mend for mend in _all(study, cases, repeats) if mend.promised < (1.0 - _WORTH) * now]
-    return tuple(sorted(found, key=lambda mend: mend.promised))
+    found.sort(key=lambda mend: (mend.promised, mend.minutes))
+    return tuple(
+        mend for i, mend in enumerate(found) if all(mend.minutes < m.minutes for m in found[:i])
+    )
 
 
 def _all(study: Study, cases: LoadCases, repeats: IntArray) -> Iterator[Mend]:
