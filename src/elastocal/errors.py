@@ -186,6 +186,7 @@ Code = Literal[
     "claims-rho0",
     "claims-rho0-at",
     "claims-promise",
+    "claims-nuisance",
     "claims-worst-point",
     "claims-unknown-error",
     "claims-error",

@@ -15,7 +15,7 @@ import numpy as np
 from elastocal.arrays import Array, IntArray, frozen
 from elastocal.design.twins import twins
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.errors import Code, Doubt
+from elastocal.errors import Doubt
 from elastocal.motion.margins import Vias, motion_violations
 from elastocal.planning.aim import aim_of
 from elastocal.planning.assessment import (
@@ -33,13 +33,13 @@ from elastocal.planning.certificate import (
     confirmed,
     worth_by,
 )
+from elastocal.planning.false_promise import AGREE, claim_of, differ, false_promise
 from elastocal.planning.visibility import Visibility, visibility
 from elastocal.study.criteria import CRITERIA
 from elastocal.study.identifiability import unidentifiable
 from elastocal.study.study import Experiments, Study, with_load_cases
 
 _ROUNDED = 1e-9  # efficiencies above 1 by less are rounding
-_AGREE = 1e-4  # claims may differ by this share: a run sheet rounds its angles
 
 
 @dataclass(frozen=True)
@@ -183,20 +183,18 @@ def false_claims(
     """
     m = study.experiments.count
     if claims.get("experiments", m) != m:
-        yield _claim("claims-experiments", claims["experiments"], m)
-    if "rho0" in claims and _differ(claims["rho0"], worth.rho0, _AGREE):
-        yield _claim("claims-rho0", claims["rho0"], worth.rho0)
+        yield claim_of("claims-experiments", claims["experiments"], m)
+    if "rho0" in claims and differ(claims["rho0"], worth.rho0, AGREE):
+        yield claim_of("claims-rho0", claims["rho0"], worth.rho0)
     yield from _false_at_test_poses(study, worth, claims)
-    for name, size in claims.get("promise", {}).items() if worth.promise is not None else ():
-        if _differ(size, found := getattr(worth.promise, name), _AGREE):
-            yield _claim("claims-promise", size, found, name)
-            break
+    if worth.promise is not None:
+        yield from false_promise(study, worth.promise, claims)
     errors = dict(zip(study.springs.names, worth.standard_error.tolist(), strict=True))
     for name, claimed in claims.get("standard_error", {}).items():
         if name not in errors:
             yield Doubt("claims-unknown-error", (name,))
-        elif _differ(claimed, errors[name], _AGREE):
-            yield _claim("claims-error", claimed, errors[name], name)
+        elif differ(claimed, errors[name], AGREE):
+            yield claim_of("claims-error", claimed, errors[name], name)
     if claims.get("covariance") is not None:
         yield from _false_covariance(study, worth, *claims["covariance"])
     yield from _false_criteria(study, worth, claims.get("criteria", {}))
@@ -207,10 +205,10 @@ def false_claims(
         aim = aim_of(study)
         own = aim.loss(worth_by(aim, worth)) if aim.promise else worth.criteria[study.criterion]
         promised = claims.get("lower_bound", 0.0)
-        if CRITERIA[study.criterion].is_position_error and promised > own * (1.0 + _AGREE):
-            yield _claim("claims-bound", promised, own)
+        if CRITERIA[study.criterion].is_position_error and promised > own * (1.0 + AGREE):
+            yield claim_of("claims-bound", promised, own)
         if claims.get("efficiency", 0.0) > 1.0 + _ROUNDED:
-            yield _claim("claims-efficiency", claims["efficiency"], 1.0)
+            yield claim_of("claims-efficiency", claims["efficiency"], 1.0)
 
 
 def _false_bounds(
@@ -230,10 +228,10 @@ def _false_bounds(
     least = max(bound.aim.loss(m * reached), proof.lower_bound)
     beyond = least * (1.0 + bound.aim.tolerance)
     if proof.position_bound is not None and promised > beyond:
-        yield _claim("claims-bound", promised, proof.position_bound)
+        yield claim_of("claims-bound", promised, proof.position_bound)
     most = min(worth_by(bound.aim, worth) / (m * reached), 1.0)
-    if efficiency > max(most, proof.efficiency) * (1.0 + 2.0 * _AGREE):
-        yield _claim("claims-efficiency", efficiency, proof.efficiency)
+    if efficiency > max(most, proof.efficiency) * (1.0 + 2.0 * AGREE):
+        yield claim_of("claims-efficiency", efficiency, proof.efficiency)
 
 
 def _false_at_test_poses(
@@ -244,11 +242,11 @@ def _false_at_test_poses(
     for pose, rho0, point in zip(
         study.test_poses, worth.rho0_each, worth.worst_points, strict=True
     ):
-        if pose.name in each and _differ(each[pose.name], rho0, _AGREE):
-            yield _claim("claims-rho0-at", each[pose.name], rho0, pose.name)
+        if pose.name in each and differ(each[pose.name], rho0, AGREE):
+            yield claim_of("claims-rho0-at", each[pose.name], rho0, pose.name)
         largest = None if point is None else point.rho0
-        if largest is not None and _differ(worst.get(pose.name, largest), largest, _AGREE):
-            yield _claim("claims-worst-point", worst[pose.name], largest, pose.name)
+        if largest is not None and differ(worst.get(pose.name, largest), largest, AGREE):
+            yield claim_of("claims-worst-point", worst[pose.name], largest, pose.name)
 
 
 def _false_covariance(
@@ -261,13 +259,13 @@ def _false_covariance(
     index = [study.fitted.names.index(name) for name in names]
     found = worth.covariance[np.ix_(index, index)]
     if not np.isfinite(found).all():
-        yield _claim("claims-error", float(np.sqrt(claimed[0, 0])), float("inf"), names[0])
+        yield claim_of("claims-error", float(np.sqrt(claimed[0, 0])), float("inf"), names[0])
         return
     scale = np.sqrt(np.diagonal(found))
     off = np.abs(claimed - found) / np.outer(scale, scale)
-    if off.max() > 2.0 * _AGREE:
+    if off.max() > 2.0 * AGREE:
         i, j = divmod(int(off.argmax()), len(names))
-        yield _claim(
+        yield claim_of(
             "claims-covariance", claimed[i, j], found[i, j], *dict.fromkeys((names[i], names[j]))
         )
 
@@ -275,18 +273,8 @@ def _false_covariance(
 def _false_criteria(study: Study, worth: Assessment, claimed: dict[str, float]) -> Iterator[Doubt]:
     """Values of criteria that are others, in one doubt; those of the standard errors are."""
     found = {name: worth.criteria[name] for name in claimed}
-    wrong = tuple(name for name in found if _differ(claimed[name], found[name], _AGREE))
+    wrong = tuple(name for name in found if differ(claimed[name], found[name], AGREE))
     if wrong:
         first = wrong[0]
         numbers = {"claimed": claimed[first], "found": found[first]}
         yield Doubt("claims-criteria", wrong, (), numbers, CRITERIA[first].unit(study.springs))
-
-
-def _claim(code: Code, claimed: float, found: float, *about: str) -> Doubt:
-    return Doubt(code, about, numbers={"claimed": claimed, "found": found})
-
-
-def _differ(claimed: float, found: float, share: float) -> bool:
-    if not np.isfinite(found):
-        return True
-    return bool(abs(claimed - found) > share * abs(found))

@@ -171,9 +171,8 @@ def searched(starts: int, attained: int, narrow: int, narrow_attained: int, rare
             f"{narrow_attained or 'none'} of them reached it."
         )
     if attained and rarest < _RARE:
-        said += (
-            " Not every load case behind the bound is easy to find: one was found from "
-            f"{rarest or 'none'} of all starts."
+        said += " Not every load case behind the bound is easy to find: " + (
+            f"one was found from {rarest} of all starts." if rarest else "no start found one."
         )
     return said
 
@@ -348,6 +347,10 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         doubt, "it claims ρ0 = {claimed:.6g} mm but has {found:.6g} mm"
     ),
     "claims-promise": lambda doubt: f"of its promise, {doubt.about[0]}: {_lengths(doubt, _CLAIMS)}",
+    "claims-nuisance": lambda doubt: (
+        f"its promise counts {doubt.about[0]} otherwise than the study"
+        + (_claim(doubt, ": {claimed:.6g} in place of {found:.6g}") if doubt.numbers else "")
+    ),
     "claims-rho0-at": lambda doubt: f"at {doubt.about[0]!r} {_lengths(doubt, _CLAIMS)}",
     "claims-worst-point": lambda doubt: (
         f"at the worst point of {doubt.about[0]!r} {_lengths(doubt, _CLAIMS)}"

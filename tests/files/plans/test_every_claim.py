@@ -17,7 +17,7 @@ from elastocal.files.plans.plan_file import plan_document
 from elastocal.files.plans.proposal_file import read_proposal, study_for
 from elastocal.files.study.study_file import parse_study
 from elastocal.planning.certificate import Bound, lower_bound
-from elastocal.planning.evaluation import Evaluation, evaluate
+from elastocal.planning.evaluation import Evaluation, evaluate, false_claims
 
 LIGHT = ec.Effort(batch=8, generations=1, patience=1, islands=1)
 STUDY = """\
@@ -131,3 +131,30 @@ def test_claims_of_a_certificate_are_no_proof(
     path.write_text(json.dumps(other), "utf-8")
     with pytest.raises(PlanFileError, match="certificate"):
         judged(path, study, bound)
+
+
+NUISANCE = "nuisance: {preset: typical, compliance_urad_per_Nm: {J1: 1, J2: 1, J3: 1}}\n"
+
+
+def test_every_number_of_a_promise_is_held_against_the_study(tmp_path: Path) -> None:
+    """Each test pose, each standard error, all nuisance, and what errors are said to count."""
+    study = parse_study(STUDY + NUISANCE, Path("study.yaml"))
+    made = json.loads(json.dumps(plan_document(ec.plan(study, seed=0, effort=LIGHT))))
+    path = tmp_path / "plan.json"
+
+    def refused() -> list[str]:
+        proposal = read_proposal(path, study)
+        wanted = study_for(proposal, study)
+        worth = ec.assess(wanted, proposal.load_cases, proposal.repeats)
+        return [doubt.code for doubt in false_claims(wanted, worth, proposal.claims)]
+
+    path.write_text(json.dumps(made), "utf-8")
+    assert refused() == []
+    places = [("promise", *place) for place in numbers_in(made["promise"])]
+    assert len(places) > 30
+    for place in places:
+        path.write_text(json.dumps(changed(made, place)), "utf-8")
+        assert len(refused()) == 1, place
+    made["promise"]["errors"]["process_force"] = "exact"
+    path.write_text(json.dumps(made), "utf-8")
+    assert refused() == ["claims-nuisance"]

@@ -127,6 +127,24 @@ class KnownFile(OpenSection):
     planned: Flag = False
 
 
+class NuisanceSizeFile(OpenSection):
+    """What counts besides, with its standard uncertainty."""
+
+    standard_uncertainty: AtLeastZero | None = None
+    unit: str = ""
+    source: str = ""
+
+
+class PromiseFile(OpenSection):
+    """What a plan promises with nuisance."""
+
+    rho0_each_mm: dict[str, AtLeastZero | None] | None = None
+    standard_error: dict[str, StandardErrorFile] | None = None
+    optimised: str = ""
+    nuisance: dict[str, NuisanceSizeFile] | None = None
+    errors: dict[str, Any] | None = None
+
+
 class PlanFile(OpenSection):
     """A whole plan file."""
 
@@ -150,7 +168,7 @@ class PlanFile(OpenSection):
     doubts: list[dict[str, Any]] | None = None
     criteria: dict[str, Any] | None = None
     certificate: CertificateFile | None = None
-    promise: dict[str, Any] | None = None
+    promise: PromiseFile | None = None
     robust: dict[str, Any] | None = None
     blind: dict[str, Any] | None = None
     mends: list[dict[str, Any]] | None = None

@@ -183,7 +183,7 @@ def proposal_in(document: dict[str, Any], path: Path, robot: Robot) -> Proposal:
     }
     if "covariance" in document:
         claims["covariance"] = claimed_covariance(document["covariance"], f"{path}: covariance")
-    claims["promise"] = claimed_promise(document.get("promise"), f"{path}: promise")
+    claims |= _claimed_promise(_section(document, "promise"), robot, f"{path}: promise")
     claims["as_good"] = claimed_standing(document.get("robust"), f"{path}: robust")
     if certificate.get("kind"):
         claims["kind"] = certificate["kind"]
@@ -253,6 +253,31 @@ def _claimed_criteria(section: dict[str, Any], path: Path) -> dict[str, float]:
             scale = 1e3 if bare != key else 1.0
             claimed[name] = finite_at(value, f"{path}: criteria, {key}") / scale
     return claimed
+
+
+def _claimed_promise(section: dict[str, Any], robot: Robot, where: str) -> dict[str, Any]:
+    """What a plan claims of its promise, and of the nuisance behind it."""
+    errors = _section(section, "standard_error").items()
+    nuisance = _section(section, "nuisance").items()
+    return {
+        "promise": claimed_promise(section, where),
+        "promise_each": {
+            name: finite_at(value, f"{where}: rho0_each_mm of {name}") / 1e3
+            for name, value in _section(section, "rho0_each_mm").items()
+            if value is not None  # null: infinite
+        },
+        "promise_error": {
+            name: _claimed_error(name, entry, robot, f"{where}: standard_error of {name}")
+            for name, entry in errors
+            if entry.get("value") is not None
+        },
+        "nuisance": {
+            name: finite_at(entry["standard_uncertainty"], f"{where}: nuisance, {name}")
+            for name, entry in nuisance
+            if entry.get("standard_uncertainty") is not None
+        },
+        "errors": _section(section, "errors"),
+    }
 
 
 def _claimed_error(name: str, entry: dict[str, Any], robot: Robot, where: str) -> float:
