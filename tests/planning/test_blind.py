@@ -111,6 +111,21 @@ def test_published_sizes() -> None:
     assert 17e-6 < max(e.error for e in springs) < 19e-6
 
 
+def test_what_nothing_tells_apart_may_be_as_large_as_either() -> None:
+    """The foot and the bearing of A1: the softer of the two is believed."""
+    study = read_study(FOLDER / "study_aslant.yaml")
+    cases = study.space.load_cases(study.space.sample(12, np.random.default_rng(0)))
+    once = np.ones(12, dtype=np.int64)
+    told, found = columns_of(study, cases, once), blind_errors(study, cases, once)
+    assert told is not None
+    assert found is not None
+    largest = {f.kind: f.largest for f in told.families if f.carrier in ("", "A1")}
+    assert largest["foot"] < largest["bearing"]
+    (foot, *_) = (effect for effect in found.effects if effect.kind == "foot")
+    assert foot.carriers == ("A1",)
+    assert foot.largest == largest["bearing"]
+
+
 @pytest.mark.parametrize("size", [0.0, 3e-8])
 def test_power_and_error_left_of_drawn_campaigns(size: float) -> None:
     """Fits of drawn readings: the test of the means sees half, and the task is off by as much."""

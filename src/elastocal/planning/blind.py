@@ -7,7 +7,7 @@ it at the task if it is as large as the test of fit misses half of the time.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -206,7 +206,9 @@ def _distinct(told: BlindColumns, effects: Iterator[_Combined]) -> list[_Combine
             continue
         first = kept[same[0]]
         carriers = dict.fromkeys((*first.carriers, *one.carriers))
-        kept[same[0]] = first._replace(carriers=tuple(carriers))
+        largest = max(first.family.largest, one.family.largest)  # either may be that large
+        family = replace(first.family, largest=largest)
+        kept[same[0]] = first._replace(family=family, carriers=tuple(carriers))
     return kept
 
 
