@@ -114,5 +114,21 @@ def test_wrong_studies_get_a_sentence(job: Path, old: str, new: str, said: str) 
     assert said in failed("identify", job / "study.yaml", job / "fit.csv", "-o", job / "m.json")
 
 
+def test_a_study_without_a_plan_is_described(job: Path) -> None:
+    said = ran("check", job / "study.yaml")
+    for words in (
+        "A2",
+        "compliance",
+        "beta",
+        "T1 [100, 0, 100]",
+        "Payload weight: 40 kg",
+        "Gravity",
+    ):
+        assert words in said
+    told = json.loads(ran("check", job / "study.yaml", "--json"))
+    assert told["reflectors"] == ["T1", "T2"]
+    assert told["mass_kg"] == 146
+
+
 def test_what_is_missing_to_plan_is_said(job: Path) -> None:
     assert "to plan, key 'count' is missing" in failed("plan", job / "study.yaml")

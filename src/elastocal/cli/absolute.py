@@ -158,3 +158,29 @@ def report_command(
     contents = CalibrationContents(study.name, found, grown, checked)
     write_text(out, calibration_html(contents))
     print(f"wrote {out}")
+
+
+def describe_command(study_file: Path, *, as_json: bool) -> None:
+    """Say what a study of absolute readings means that says nothing of a plan."""
+    from elastocal.terminal.calibrations import show_absolute_study
+
+    study = read_absolute_study(study_file)
+    model = arm_model(study)
+    if as_json:
+        print_json(
+            {
+                "elastocal": 1,
+                "kind": "absolute study",
+                "robot": study.robot.name,
+                "joints": list(study.robot.joint_names),
+                "blocks": list(study.blocks),
+                "geometry": list(model.errors.names),
+                "compliances": list(model.compliances.names),
+                "reflectors": list(study.tool.marker_names),
+                "payloads": [payload.name for payload in study.payloads],
+                "mass_kg": sum(body.mass for body in study.robot.masses),
+                "remarks": list(study.robot.remarks),
+            }
+        )
+        return
+    show_absolute_study(study, model)

@@ -82,6 +82,15 @@ def check_command(
     if measurements:
         _check_measurements(study_file, measurements, mapping, plan, as_json)
         return
+    from elastocal.files.study.absolute_file import is_absolute, says_what_to_plan
+
+    if is_absolute(study_file) and not says_what_to_plan(study_file):
+        from elastocal.cli.absolute import describe_command
+
+        if picture is not None:
+            raise InputError("to draw the cell, the study must say 'count' and 'test_poses'")
+        describe_command(study_file, as_json=as_json)
+        return
     from elastocal.cli.inputs import sources_of
     from elastocal.files.doubt_entries import doubt_entries
     from elastocal.files.plans.blind_section import blind_entry

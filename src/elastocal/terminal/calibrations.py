@@ -8,11 +8,13 @@ from rich.table import Table
 from rich.text import Text
 
 from elastocal.arrays import Array
+from elastocal.calibration.arm_model import ArmModel
 from elastocal.calibration.calibrate import Calibration, values_of
 from elastocal.calibration.doubts import doubts
 from elastocal.calibration.nested import Ladder
 from elastocal.calibration.parameters import BASE, PAYLOAD, PROBE, TOOL
 from elastocal.calibration.validate import Check, rms_of
+from elastocal.study.absolute import AbsoluteStudy
 from elastocal.terminal.console import micrometres, out, whole
 from elastocal.wording import ended, worded
 from elastocal.wording.calibration import combination
@@ -152,5 +154,50 @@ def show_check(found: Check) -> None:
             f"{counted(len(error), 'position')} of {counted(len(p.cases), 'pose')} not used, {how}:"
             f" {1e3 * rms_of(error):.4f} mm (RMS) from the model, {1e3 * found.expected:.4f} mm "
             f"expected; at most {micrometres(largest)}."
+        )
+    )
+
+
+def show_absolute_study(study: AbsoluteStudy, model: ArmModel) -> None:
+    """The robot, what is sought, and what is on the flange."""
+    robot, scale = study.robot, study.robot.shown_scale
+    table = Table(title=Text(f"Robot {robot.name}"), title_justify="left", box=box.SIMPLE_HEAD)
+    for column in ("joint", "moves", "from", "to", "mass kg", "sought"):
+        left = column in ("joint", "moves", "sought")
+        table.add_column(column, justify="left" if left else "right")
+    for i, joint in enumerate(robot.joints):
+        mass = sum(b.mass for b in robot.masses if b.body == robot.place[i] + 1)
+        errors = [n for n in model.errors.names if n.split(" ", 1)[1] == joint.name]
+        sought = [name.split(" ", 1)[0] for name in errors]
+        sought += ["compliance"] * (joint.name in study.springs.names)
+        low, high = (scale[i] * value for value in (joint.lower, joint.upper))
+        ends = [f"{v:.6g}{joint.kind.suffix}" if np.isfinite(v) else "–" for v in (low, high)]
+        cells = f"{mass:.4g}" if mass else "–", ", ".join(sought)
+        table.add_row(Text(joint.name), joint.kind.moves, *ends, *cells)
+    whole(table)
+    others = [block for block in study.blocks if block in (BASE, TOOL, PAYLOAD)]
+    springs = [name for name in study.springs.names if name not in robot.joint_names]
+    besides = ", ".join([*others, *springs])
+    if besides:
+        out.print(Text(f"Sought besides: {besides}"))
+    markers = zip(study.tool.marker_names, study.tool.markers, strict=True)
+    places = [f"{name} [{', '.join(f'{1e3 * v:.6g}' for v in at)}]" for name, at in markers]
+    known = "thought to be at" if TOOL in study.blocks else "at"
+    out.print(Text(f"Reflectors in the flange frame, {known}: {', '.join(places)} mm"))
+    for payload in study.payloads:
+        doubt = f" ± {payload.mass_error:.4g}" if payload.mass_error else ""
+        center = ", ".join(f"{1e3 * v:.6g}" for v in payload.center)
+        out.print(Text(f"Payload {payload.name}: {payload.mass:.6g}{doubt} kg at [{center}] mm"))
+    gravity = ", ".join(f"{v:.5g}" for v in study.gravity)
+    heavy = bool(robot.masses) or bool(study.payloads)
+    bends = "" if heavy else "; no masses are known, so nothing bends the arm"
+    out.print(Text(f"Gravity [{gravity}] m/s², base frame{bends}"))
+    out.print(Text(f"σ = {1e3 * study.instrument.sigma:g} mm for a coordinate of a reading"))
+    for remark in robot.remarks:
+        out.print(Text(f"Note: {ended(remark)}", style="yellow"))
+    out.print(
+        Text(
+            "Readings are compared with the arm by --measurements. To plan, 'count' in experiments "
+            "and 'test_poses' are missing."
         )
     )

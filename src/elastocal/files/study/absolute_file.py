@@ -119,6 +119,13 @@ def is_absolute(path: str | Path) -> bool:
     return isinstance(value, dict) and names_blocks(value)
 
 
+def says_what_to_plan(path: str | Path) -> bool:
+    """Whether a study file of absolute readings says where accuracy is judged, or how often."""
+    value = parse(read_text(Path(path), largest=LARGEST), Path(path)).value
+    wanted = value.get("experiments") if isinstance(value, dict) else None
+    return "test_poses" in value or (isinstance(wanted, dict) and "count" in wanted)
+
+
 def read_absolute_study(path: str | Path) -> AbsoluteStudy:
     """The study of absolute readings in a file.
 
