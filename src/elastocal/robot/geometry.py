@@ -4,7 +4,8 @@ Behind every joint of the chain a small transform is put,
 
     Rot_z(theta) Trans_z(d) · C · Trans_x(a) Rot_x(alpha) Rot_y(beta) · C⁻¹
 
-z along the axis of the joint, C the frame on the next axis whose x is the common normal of both.
+z along the axis of the joint, C the frame on the next axis whose x is the common normal of both,
+in the sense of the x of that joint as drawn: of a table what is added to a row.
 These are the four numbers of a row of Denavit and Hartenberg, for a robot from any source, and the
 one more that parallel axes need. What turns or shifts a joint's own value is its zero.
 
@@ -28,6 +29,7 @@ GROUPS = (ZEROS, LENGTHS, ANGLES)
 
 _STEPS = ("theta", "d", "a", "alpha", "beta")
 _TURNS = {"theta", "alpha", "beta"}
+_ACROSS = 1e-6  # cosine up to which an x says nothing of the sense of a common normal
 _PARALLEL = 2e-2  # sine of the angle up to which the common normal is hardly known
 
 
@@ -82,7 +84,9 @@ def geometric_errors(robot: Robot, groups: Collection[str] = GROUPS) -> Geometri
                 names.append(f"{'zero' if own == ZEROS else word} {joint.name}")
                 steps.append(step)
                 bodies.append(body)
-    normals = [np.eye(4), *(_normal(link) for link in robot.links[1:])]
+    normals = [np.eye(4)]
+    for body in range(1, robot.last + 1):
+        normals.append(_normal(robot.links[body], T_body_joint(robot, body)))
     shifts = np.append(0.0, robot.shifts[: robot.last])
     return GeometricErrors(
         tuple(names), np.array(steps), np.array(bodies), np.array(normals), shifts
@@ -197,8 +201,15 @@ def _sine(link: Array) -> float:
     return float(np.hypot(link[0, 2], link[1, 2]))
 
 
-def _normal(link: Array) -> Array:
-    """(4, 4) the frame on the next axis whose x is the common normal, in the frame of a body."""
+def _normal(link: Array, own: Array) -> Array:
+    """(4, 4) the frame on the next axis whose x is the common normal, in the frame of a body.
+
+    Args:
+        link: (4, 4) the next joint in the frame of that body.
+        own: (4, 4) its own joint as drawn in that frame. Of a table its x is that of the row:
+            lengths along it may be negative, and where axes are parallel it says at which height
+            the normal stands. So what is added to a number is added to that of the row.
+    """
     z, point = link[:3, 2], link[:3, 3]
     sine = _sine(link)
     if sine < _PARALLEL:
@@ -207,11 +218,13 @@ def _normal(link: Array) -> Array:
         x = x / size if size > 1e-9 else link[:3, 0]  # else the axes are one: any will do
         x = x - z * (x @ z)
         x /= np.linalg.norm(x)
+        point = point + z * (own[2, 3] - point[2]) / z[2]
     else:
         x = np.cross([0.0, 0.0, 1.0], z) / sine
         # Both axes are met by the normal: point + t z has no part along the other direction.
         across = np.cross(x, [0.0, 0.0, 1.0])
         point = point - z * (across @ point) / (across @ z)
-    if x @ link[:3, 0] < 0.0:  # as a table has it, lengths may be negative
+    along = float(x @ own[:3, 0])
+    if (along if abs(along) > _ACROSS else float(x @ link[:3, 0])) < 0.0:
         x = -x
     return transform(np.column_stack([x, np.cross(z, x), z]), point)
