@@ -31,6 +31,9 @@ FITS = 5e-3
 """What real arms are off at most, root mean square [m]."""
 _GOOD = 1e-3  # m; below it nothing but bumps is looked for
 _GAIN = 3.0  # what a mistake explains makes the rest so many times smaller
+_BY_FAR = 10.0
+"""What a mistake explains by so many times counts whatever is left: soft arms sag."""
+_SOFT = 1e-2  # m; what an arm that sags is off at most where a mistake is less plain than that
 _GAIN_OF_A_BUMP = 1.5
 """Less is enough where one frame becomes two: errors of an arm do not know when they are read."""
 _SAMPLE = 40  # experiments
@@ -88,10 +91,19 @@ def _explained(
     return _best(tried, found.rms)
 
 
-def _best(tried: Iterable[Misreading], rms: float) -> Misreading | None:
-    """Of mistakes that explain about as much the likeliest, None if none explains enough."""
+def _best(tried: Iterable[Misreading], rms: float, most: float = FITS) -> Misreading | None:
+    """Of mistakes that explain about as much the likeliest, None if none explains enough.
+
+    `most` is what may be left, or a tenth of what was there before [m].
+    """
     gain = {"bumped": _GAIN_OF_A_BUMP}
-    good = [t for t in tried if t.rms < min(FITS, rms / gain.get(t.kind, _GAIN))]
+    most = max(most, rms / _BY_FAR)
+    good = [
+        t
+        for t in tried
+        # Readings that only shrink fit the closer to anything, by as much as they shrink.
+        if t.rms < min(most, min(1.0, t.numbers.get("scale", 1.0)) * rms / gain.get(t.kind, _GAIN))
+    ]
     if not good:
         return None
     least = min(t.rms for t in good)
@@ -150,7 +162,7 @@ def beside_arm(found: Positions, robot: Robot, table: Coupling) -> tuple[float, 
             other = settled(one.readings, markers=True)
             left = float(left_over(other, other.drawn[None])[0])
             tried.append(replace(one, readings=other, rms=left))
-    best = _best(tried, rms)
+    best = _best(tried, rms, _SOFT)  # the arm bends under its own weight, which is not drawn
     numbers = {"rms": rms}
     if best is not None:
         numbers |= {"mended": best.rms, **best.numbers}

@@ -54,9 +54,11 @@ def unlike_arm(doubt: Doubt) -> str:
         else from_drawing(numbers["rms"])
     )
     if not doubt.because:
+        sag = "" if "apart" in numbers else ", or is it its sag?"
         return (
             f"{away}, and no mistake of units, signs, one zero, markers, single experiments or a "
-            "bumped tracker explains it; compare lengths and tool of the model with the robot"
+            "bumped tracker alone explains it; compare lengths and tool of the model with the "
+            f"robot{sag}"
         )
     mended = f"they would fit to {_mm(numbers['mended'])} mm"
     return f"{away}; {mended} if {_WHY[doubt.because[0]](doubt)}"

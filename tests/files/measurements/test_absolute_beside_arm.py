@@ -89,6 +89,17 @@ def test_mistakes_by_their_name(name: str, tmp_path: Path) -> None:
     assert len(doubts) == 1
 
 
+@pytest.mark.parametrize("name", ["sign of A4", "zero of A5", "radians", "mirrored"])
+def test_mistakes_of_an_arm_that_sags(name: str, tmp_path: Path) -> None:
+    """What is left is the sag, more than any arm is off by its geometry."""
+    sag = 0.008 * np.sin(3.0 * TRUTH.q[:, 1])[:, None, None] * np.array([0.0, 0.0, 1.0])
+    changed, expected = MISTAKES[name]
+    positions = found(tmp_path, replace(changed, points=changed.points + sag))
+    (doubt,) = about_arm(positions)
+    assert doubt.numbers["mended"] > 5e-3
+    assert expected in worded(doubt)
+
+
 def test_joint_values_of_the_controller(tmp_path: Path) -> None:
     table_ = coupling(study().robot, signs={"A2": -1, "A5": -1}, offsets={"A3": 0.4})
     what = replace(study(), controller=table_)
