@@ -77,7 +77,7 @@ def verdict(plan: Plan, random: Array | None) -> Verdict:
     m, s = plan.count, len(plan.load_cases)
     work = (
         f"{counted(m, 'experiment')} in {counted(s, 'configuration')}, "
-        f"to identify {counted(len(study.springs), 'compliance')}"
+        f"to identify {counted(len(study.springs), _unknown(study))}"
     )
     where = "at the test pose" if len(study.test_poses) == 1 else "at the test poses"
     if study.only_path is not None:
@@ -206,3 +206,8 @@ def _advice(plan: Plan) -> list[str]:
     if np.any(plan.study.prior[np.ix_(wanted, wanted)]):
         sentences.append("What was known before these experiments is counted in every number.")
     return sentences
+
+
+def _unknown(study: Study) -> str:
+    """What is identified, one of it."""
+    return "unknown" if study.experiments.weighs else "compliance"
