@@ -12,6 +12,7 @@ from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.springs import VirtualJoints, joint_springs, merged
 from elastocal.elastic.unknowns import Unknowns
 from elastocal.measuring.positions import Positions
+from elastocal.robot.compensators import Compensator
 from elastocal.robot.geometry import geometric_errors
 from elastocal.robot.payloads import Payload
 from elastocal.robot.rotations import from_rotation_vectors
@@ -44,9 +45,10 @@ def random_model(rng: np.random.Generator, slides: list[bool]) -> ArmModel:
         Payload("open", 0.3, np.ones(3), 1.0, 1.0),
     )
     errors = geometric_errors(robot)
-    return ArmModel(
-        robot, tool, errors, Unknowns(names, springs, make), rng.normal(size=3), payloads
-    )
+    turning = [i for i, slide in enumerate(slides) if not slide][:2]
+    held = tuple(Compensator(f"C{i}", i, 0.4, 1.1, rng.normal(), 0.3) for i in turning)
+    unknowns = Unknowns(names, springs, make)
+    return ArmModel(robot, tool, errors, unknowns, rng.normal(size=3), payloads, held)
 
 
 def random_state(rng: np.random.Generator, model: ArmModel, size: float = 0.02) -> State:
@@ -62,6 +64,7 @@ def random_state(rng: np.random.Generator, model: ArmModel, size: float = 0.02) 
         size * rng.normal(size=len(model.errors)),
         size * rng.uniform(0.1, 1.0, len(model.compliances)),
         payload,
+        size * rng.normal(size=len(model.compensators)),
     )
 
 

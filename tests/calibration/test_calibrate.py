@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,10 +21,13 @@ from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.springs import joint_springs, subset
 from elastocal.elastic.unknowns import each_spring
 from elastocal.errors import InputError
+from elastocal.files.models.calibration_file import read_calibration
+from elastocal.files.models.calibration_writing import write_calibration
 from elastocal.fitting.goodness import quantile
 from elastocal.fitting.robust import Huber
 from elastocal.measuring.positions import Positions, chosen_poses
 from elastocal.robot.chain import Robot, Tool
+from elastocal.robot.compensators import Compensator
 from elastocal.robot.geometry import geometric_errors
 from elastocal.robot.payloads import Payload
 from elastocal.robot.rotations import from_rotation_vectors
@@ -274,6 +278,31 @@ def test_payloads_are_weighed() -> None:
     # Masses scale the compliances: the links' own are known, so the payload's mass can be told.
     assert found.redundancy.seen[mass]
     assert abs(found.state.payload[0, 0] - 40.0) < 3.0 * found.standard_error[mass]
+
+
+def test_a_compensator_is_found_beside_the_spring_of_its_joint(tmp_path: Path) -> None:
+    rng = np.random.default_rng(14)
+    spring = Compensator("gas", 1, 0.3, 1.2, 0.4, 0.5)
+    held = replace(WHOLE, compensators=(spring,))
+    # 200 kN/m at a joint of 0.8 µrad/(N·m): two milliradians.
+    truth = replace(truth_of(rng, held), compensator=np.array([0.16]))
+    found = fitted(held, campaign(rng, held, truth, 60))
+    mine = found.parameters.of("compensator")
+    assert found.redundancy.seen[mine].all()
+    error = abs(found.state.compensator[0] - 0.16)
+    assert error < 4.0 * found.standard_error[mine[0]] < 0.02
+    without = fitted(WHOLE, found.positions)
+    assert rms_of(without.left_out) > 1.5 * rms_of(found.left_out)
+    # The file brings it back.
+    write_calibration(put_away(found), tmp_path / "model.json")
+    again = read_calibration(tmp_path / "model.json", held.robot)
+    (held_again,) = again.model.compensators
+    assert held_again.angle == pytest.approx(spring.angle, abs=1e-12)
+    assert replace(held_again, angle=spring.angle) == spring
+    fresh = campaign(rng, held, truth, 10)
+    there, here = check(again, fresh), check(put_away(found), fresh)
+    assert there.error == pytest.approx(here.error, abs=1e-12)
+    assert there.rms == pytest.approx(there.expected, rel=0.4)
 
 
 def in_order(values: Array) -> bool:

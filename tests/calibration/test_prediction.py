@@ -56,7 +56,11 @@ def test_rows_of_any_arm_are_differences(chain: tuple[int, list[bool]]) -> None:
     positions, state = random_positions(rng, model, 6), random_state(rng, model)
     parameters = parameters_of(model, positions)
     rows = predicted(model, positions, parameters, state).rows
-    for blocks in (("base", "tool", "probe"), ("zeros", "lengths", "angles"), ("compliance",)):
+    for blocks in (
+        ("base", "tool", "probe"),
+        ("zeros", "lengths", "angles"),
+        ("compliance", "compensator"),
+    ):
         values = np.zeros(len(parameters))
         mine = parameters.of(*blocks)
         values[mine] = rng.normal(size=len(mine))

@@ -103,6 +103,12 @@ def test_readings_of_the_fit_are_no_validation(job: Path) -> None:
         ("A2, A3]", "A2, A9]", "'A9' is no block, joint or spring"),
         ("[base, tool", "[base, base, tool", "identify lists 'base' twice"),
         ("payloads:", "payload:", "unknown key 'payload'"),
+        ("A2, A3]", "A2, compensator]", "but none is given in compensators"),
+        (
+            "payloads:",
+            "compensators: {gas: {joint: A2, crank_mm: 300, reach_mm: 900}}\npayloads:",
+            "identify must name 'compensator'",
+        ),
         ("mass_kg: 40, center_mm: [0, 0, 200]}", "mass_kg: -4}", "mass_kg"),
         ("sigma_mm: 0.02", "sigma_mm: -1", "sigma_mm"),
     ],

@@ -7,11 +7,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from elastocal.arrays import Array, freeze
+from elastocal.arrays import Array, freeze, unset
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.springs import VirtualJoints
 from elastocal.elastic.unknowns import Unknowns
 from elastocal.robot.chain import Robot, Tool
+from elastocal.robot.compensators import Compensator
 from elastocal.robot.geometry import GeometricErrors, with_errors
 from elastocal.robot.payloads import Payload
 from elastocal.robot.rotations import from_rotation_vectors
@@ -28,6 +29,7 @@ class ArmModel:
         compliances: p unknowns that make the compliances of springs.
         gravity: (3,) acceleration that masses feel, base frame [m/s²].
         payloads: L payloads as they are thought to be.
+        compensators: C springs that hold part of the weight, of unknown stiffness.
     """
 
     robot: Robot
@@ -36,6 +38,7 @@ class ArmModel:
     compliances: Unknowns
     gravity: Array
     payloads: tuple[Payload, ...] = ()
+    compensators: tuple[Compensator, ...] = ()
 
     def __post_init__(self) -> None:
         freeze(self, "gravity")
@@ -52,6 +55,7 @@ class State:
         geometry: (G,) geometric errors [rad or m].
         compliance: (p,) unknowns of the compliances [rad/(N·m) or m/N].
         payload: (L, 4) mass [kg] and first moment about the flange's origin [kg·m], flange frame.
+        compensator: (C,) compliances of joints times stiffnesses of their compensators [rad/m²].
     """
 
     base: Array
@@ -60,9 +64,10 @@ class State:
     geometry: Array
     compliance: Array
     payload: Array = field(default_factory=lambda: np.zeros((0, 4)))
+    compensator: Array = field(default_factory=unset)
 
     def __post_init__(self) -> None:
-        freeze(self, "base", "markers", "probe", "geometry", "compliance", "payload")
+        freeze(self, "base", "markers", "probe", "geometry", "compliance", "payload", "compensator")
 
 
 def calibrated_robot(model: ArmModel, state: State) -> Robot:
@@ -89,7 +94,8 @@ def loaded_arm(model: ArmModel, state: State, robot: Robot, payload: int) -> Ela
         center = state.payload[payload, 1:] / mass if mass > 0.0 else np.zeros(3)
         hung = replace(model.payloads[payload], mass=mass, center=center)
     springs = springs_on(robot, model.compliances.springs)
-    return ElasticArm(robot, springs, model.tool.at_tcp, model.gravity, hung)
+    held = tuple(zip(model.compensators, state.compensator.tolist(), strict=True))
+    return ElasticArm(robot, springs, model.tool.at_tcp, model.gravity, hung, compensators=held)
 
 
 def stepped(state: State, step: State) -> State:
@@ -105,6 +111,7 @@ def stepped(state: State, step: State) -> State:
         state.geometry + step.geometry,
         state.compliance + step.compliance,
         state.payload + step.payload,
+        state.compensator + step.compensator,
     )
 
 

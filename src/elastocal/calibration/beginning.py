@@ -68,7 +68,13 @@ def begin(
             probe[m] = u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
     payload = np.array([[p.mass, *(p.mass * p.center)] for p in model.payloads]).reshape(-1, 4)
     return State(
-        base, markers, probe, np.zeros(len(model.errors)), np.zeros(len(model.compliances)), payload
+        base,
+        markers,
+        probe,
+        np.zeros(len(model.errors)),
+        np.zeros(len(model.compliances)),
+        payload,
+        np.zeros(len(model.compensators)),
     )
 
 

@@ -121,8 +121,9 @@ def values_of(found: Calibration) -> Array:
     for m, k in np.argwhere(p.targets).tolist():
         if k < state.markers.shape[1]:
             values[p.marker(m, k)] = state.markers[m, k]
-    first, many = p.arm, p.geometry + p.compliances
-    values[first : first + many] = np.append(state.geometry, state.compliance)
+    first, many = p.arm, p.inner
+    inner = (state.geometry, state.compliance, state.compensator)
+    values[first : first + many] = np.concatenate(inner)
     for n, i in enumerate(p.hung):
         values[first + many + 4 * n : first + many + 4 * n + 4] = state.payload[i]
     return values

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from elastocal.robot.joint_kinds import JointKind, kind_of
 from elastocal.robot.rotations import from_rotation_vectors
 
 BASE, TOOL, PROBE, COMPLIANCE, PAYLOAD = "base", "tool", "probe", "compliance", "payload"
+COMPENSATOR = "compensator"
 GEOMETRY_PRIOR = 2e-3
 """Standard uncertainty of a geometric error before anything is measured [rad or m].
 
@@ -21,12 +23,13 @@ Only combinations that readings cannot tell apart rest on it. Source: ours; robo
 off by some tenths of a millimetre and milliradian, and up to a few by zeros of joints.
 """
 _SOMEWHERE = 1.0  # m from where a reflector is thought to be; holds what a base does as well
+_TURNED = 2e-2  # rad by which a compensator may turn its joint
 _NOTHING_KNOWN = 1e-3  # rad/(N·m), m/N: a thousand times what joints of arms have
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """U unknowns, in the order base, tool, probe, geometry, compliance, payload.
+    """U unknowns, in the order base, tool, probe, geometry, compliance, compensator, payload.
 
     Attributes:
         names: What they are called.
@@ -38,7 +41,8 @@ class Parameters:
         geometry: Number G of geometric errors.
         hung: The payloads that are unknown.
         rows: (E, U) what was known before, in units of its uncertainty.
-        mean: (G + p,) what was expected of geometric errors and compliances before.
+        mean: (G + p + C,) what was expected of geometric errors, compliances and compensators.
+        compensators: Number C of compensators.
         held: (U,) unknowns that are known exactly: bases and tools nobody asks for.
     """
 
@@ -53,9 +57,10 @@ class Parameters:
     rows: Array = field(default_factory=unset)
     mean: Array = field(default_factory=unset)
     held: BoolArray = field(default_factory=lambda: frozen([], np.bool_))
+    compensators: int = 0
 
     def __post_init__(self) -> None:
-        mean = self.mean if self.mean.size else np.zeros(self.geometry + self.compliances)
+        mean = self.mean if self.mean.size else np.zeros(self.inner)
         held = self.held if self.held.size else np.zeros(len(self.names))
         freeze(self, "rows", mean=mean)
         freeze(self, held=held, dtype=np.bool_)
@@ -92,9 +97,14 @@ class Parameters:
         """Number of the first unknown of the arm itself."""
         return int(6 * self.stations + 3 * self.targets.sum())
 
+    @property
+    def inner(self) -> int:
+        """Number of unknowns of the arm itself, payloads aside: G + p + C."""
+        return self.geometry + self.compliances + self.compensators
+
     def inside(self, payload: int) -> IntArray:
         """Unknowns that move the flange where a payload (-1: none) hangs on it."""
-        first, many = self.arm, self.geometry + self.compliances
+        first, many = self.arm, self.inner
         found = np.arange(first, first + many)
         if payload not in self.hung:
             return found
@@ -153,6 +163,8 @@ def parameters_of(
         add(name, group, kind.unit == "rad")
     for name, kind in zip(model.compliances.names, model.compliances.kinds, strict=True):
         add(name, COMPLIANCE, kind.unit == "rad")
+    for compensator in model.compensators:
+        add(f"compensator {compensator.name}", COMPENSATOR, True)
     hung = tuple(
         i
         for i in sorted(set(positions.payload.tolist()) - {-1})
@@ -161,7 +173,7 @@ def parameters_of(
     for i in hung:
         for what in ("mass", "moment x", "moment y", "moment z"):
             add(f"{what} of {model.payloads[i].name}", PAYLOAD, False)
-    p, g = len(model.compliances), len(model.errors)
+    p, g, c = len(model.compliances), len(model.errors), len(model.compensators)
     found = Parameters(
         tuple(names),
         tuple(block),
@@ -171,27 +183,38 @@ def parameters_of(
         g,
         p,
         hung,
-        mean=np.append(np.zeros(g), np.zeros(p) if mean is None else mean),
+        mean=np.concatenate([np.zeros(g), np.zeros(p) if mean is None else mean, np.zeros(c)]),
         held=np.isin(block, (*held, *([PROBE] if TOOL in held else []))),
+        compensators=c,
     )
-    return _with_prior(found, model, compliance_prior, geometry_prior)
+    strength = [
+        _TURNED / max(float(np.abs(one.lever(positions.cases.q[:, one.joint])).max()), 1e-9)
+        for one in model.compensators
+    ]
+    return _with_prior(found, model, compliance_prior, geometry_prior, strength)
 
 
 def _with_prior(
-    parameters: Parameters, model: ArmModel, compliance_prior: Array | None, geometry_prior: float
+    parameters: Parameters,
+    model: ArmModel,
+    compliance_prior: Array | None,
+    geometry_prior: float,
+    strength: Sequence[float],
 ) -> Parameters:
     u, a = len(parameters), parameters.arm
     g, p = parameters.geometry, parameters.compliances
     tool, hung = parameters.of(TOOL), 4 * len(parameters.hung)
-    rows = np.zeros((g + p + hung + len(tool), u))
-    rows[g + p + hung :, tool] = np.eye(len(tool)) / _SOMEWHERE
+    m = parameters.inner
+    rows = np.zeros((m + hung + len(tool), u))
+    rows[m + hung :, tool] = np.eye(len(tool)) / _SOMEWHERE
+    rows[g + p : m, a + g + p : a + m] = np.diag(1.0 / np.array(strength))
     rows[:g, a : a + g] = np.eye(g) / geometry_prior
     known: Array = np.eye(p) / _NOTHING_KNOWN
     if compliance_prior is not None:
         known = np.asarray(np.linalg.cholesky(compliance_prior + known**2).T, dtype=float)
     rows[g : g + p, a + g : a + g + p] = known
     for n, i in enumerate(parameters.hung):
-        load, at = model.payloads[i], slice(g + p + 4 * n, g + p + 4 * n + 4)
+        load, at = model.payloads[i], slice(m + 4 * n, m + 4 * n + 4)
         mass = max(load.mass_error, 1e-9 * max(load.mass, 1.0))
         arm = max(load.center_error, 1e-9) * max(load.mass, 1e-9)
         own = np.zeros((4, 4))
@@ -204,14 +227,16 @@ def _with_prior(
 def from_prior(parameters: Parameters, model: ArmModel, state: State) -> Array:
     """(E,) how far a state is from what was known before, in units of its uncertainty."""
     values = np.zeros(len(parameters))
-    a, g, p = parameters.arm, parameters.geometry, parameters.compliances
-    values[a : a + g + p] = np.append(state.geometry, state.compliance) - parameters.mean
-    for m, k in np.argwhere(parameters.targets[:, :-1]).tolist():
-        values[parameters.marker(m, k)] = state.markers[m, k] - model.tool.markers[k]
+    a, m = parameters.arm, parameters.inner
+    inner = np.concatenate([state.geometry, state.compliance, state.compensator])
+    values[a : a + m] = inner - parameters.mean
+    for mounting, k in np.argwhere(parameters.targets[:, :-1]).tolist():
+        moved = state.markers[mounting, k] - model.tool.markers[k]
+        values[parameters.marker(mounting, k)] = moved
     for n, i in enumerate(parameters.hung):
         load = model.payloads[i]
         thought = np.append(load.mass, load.mass * load.center)
-        values[a + g + p + 4 * n : a + g + p + 4 * n + 4] = state.payload[i] - thought
+        values[a + m + 4 * n : a + m + 4 * n + 4] = state.payload[i] - thought
     return np.asarray(parameters.rows @ values)
 
 
@@ -228,7 +253,9 @@ def step_of(parameters: Parameters, state: State, values: Array) -> State:
             markers[m, k] = own
     payload = np.zeros_like(state.payload)
     for n, i in enumerate(parameters.hung):
-        payload[i] = values[a + g + p + 4 * n : a + g + p + 4 * n + 4]
+        first = a + parameters.inner + 4 * n
+        payload[i] = values[first : first + 4]
     base = small_bases(values[: 6 * s].reshape(s, 6), state.base)
     compliance = values[a + g : a + g + p]
-    return State(base, markers, probe, values[a : a + g], compliance, payload)
+    held = values[a + g + p : a + parameters.inner]
+    return State(base, markers, probe, values[a : a + g], compliance, payload, held)

@@ -96,6 +96,7 @@ class _Places:
             self.body[g] = carrier
             self.axis[g] = R_carrier.T @ (R @ axes[g])
             self.point[g] = R_carrier.T @ (R @ point + origin - at)
+        self.turned = arm.actuated[[one.joint for one, _ in arm.compensators]]
 
     def on(self, posture: Posture) -> tuple[Array, Array]:
         """(3, G, N) axes and points [m], base frame."""
@@ -114,8 +115,9 @@ class _Flange:
 
     Attributes:
         posture: Where everything is.
-        axes, origins, slides: Twists that move the flange: geometric errors, then the T joints of
-            the chain that springs displace.
+        axes, origins, slides: Twists that move the flange: geometric errors, joints that
+            compensators turn, then the T joints of the chain that springs displace.
+        levers: (C, N) of the compensators [m²].
         way: (T, W, N) how far those T joints go for a unit of each unknown: geometric errors,
             compliances, mass and moment of the payload.
     """
@@ -143,14 +145,19 @@ class _Flange:
         self.posture = Posture(arm.chain, arm.bent(cases.q, rest.displacement))
         axes, points = places.on(self.posture)
         joints, _ = arm.bent_by
-        self.axes = np.concatenate([axes, self.posture.all_axes[:, joints]], axis=1)
-        self.origins = np.concatenate([points, self.posture.all_origins[:, joints]], axis=1)
-        self.slides = np.append(~places.turns, arm.chain.sliding[joints])
+        moving = np.append(places.turned, joints)
+        self.levers = np.array(
+            [one.lever(cases.q[:, one.joint]) for one in model.compensators]
+        ).reshape(len(model.compensators), len(some))
+        self.axes = np.concatenate([axes, self.posture.all_axes[:, moving]], axis=1)
+        self.origins = np.concatenate([points, self.posture.all_origins[:, moving]], axis=1)
+        self.slides = np.append(~places.turns, arm.chain.sliding[moving])
         self.tip = np.append(
-            np.ones(len(places.body), dtype=bool), arm.chain.carries[arm.chain.last, joints]
+            np.ones(len(places.body), dtype=bool), arm.chain.carries[arm.chain.last, moving]
         )
         self.turns = self.axes.copy()
         self.turns[:, self.slides] = 0.0
+        self.first = len(places.body) + model.compliances.make.shape[1]  # of the compensators
         self.way = self._ways(model, places, cases, springs, hung)
 
     def _ways(
@@ -162,17 +169,20 @@ class _Flange:
         hung: bool,
     ) -> Array:
         """(T, W, N) see `way`."""
-        arm, g, p = places.arm, len(places.body), model.compliances.make.shape[1]
+        arm, e, p = places.arm, len(places.body), model.compliances.make.shape[1]
         joints, share = arm.bent_by
+        c = len(places.turned)
+        g = e + c  # twists that no load makes
         count, wide = self.posture.count, g + p + 4 * hung
         if not len(joints):
             return np.zeros((0, wide, count))
-        mine, moves, own = slice(g, None), *self._moves(arm.chain, places.body, joints)
+        moving = np.append(places.turned, joints)
+        mine, moves, own = slice(g, None), *self._moves(arm.chain, places.body, moving)
         pulled, levers = self._loads(arm, cases, moves)
         # Of two twists the one that carries the other turns its lever; itself counts once.
         above = np.array(moves[own[mine]])
         below = moves[own][:, mine].T.copy()
-        below[np.arange(len(joints)), g + np.arange(len(joints))] = False
+        below[:, e:] &= joints[:, None] != moving
         turns_s = self.turns[:, mine]
         slope = np.einsum("ctN,csN->stN", self.turns, levers[:, mine]) * above[..., None]
         slope += np.einsum("csN,ctN->stN", turns_s, levers) * below[..., None]
@@ -183,8 +193,9 @@ class _Flange:
             slope += np.einsum("cstN,cN->stN", turned, moment) * ahead[..., None]
         effort, k = share.T @ pulled[mine], springs[:, None, None]
         right = np.empty((len(springs), wide, count))
-        right[:, :g] = k * np.einsum("sp,sgN->pgN", share, slope[:, :g])
-        right[:, g : g + p] = effort[:, None] * model.compliances.make[..., None]
+        stiff = k * np.einsum("sp,sgN->pgN", share, slope[:, :g])
+        right[:, :e], right[:, e + p : g + p] = stiff[:, :e], stiff[:, e:] * self.levers
+        right[:, e : e + p] = effort[:, None] * model.compliances.make[..., None]
         if hung:
             right[:, g + p :] = k * np.einsum("sp,siN->piN", share, self._hung(arm, mine))
         inside = np.einsum("sp,stN,tq->pqN", share, slope[:, mine], share)
@@ -252,7 +263,12 @@ class _Flange:
         """(3, W, N) of all unknowns, of what twists do, (3, G + T, N)."""
         g = velocity.shape[1] - len(self.way)
         columns = np.einsum("csN,swN->cwN", velocity[:, g:], self.way)
-        columns[:, :g] += velocity[:, :g]
+        c = len(self.levers)
+        e = g - c
+        columns[:, :e] += velocity[:, :e]
+        if c:
+            first = self.first
+            columns[:, first : first + c] += velocity[:, e:g] * self.levers
         return columns
 
     def at(self, point: Array) -> Array:

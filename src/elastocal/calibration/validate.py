@@ -105,15 +105,20 @@ def set_up(robot: CalibratedRobot, positions: Positions) -> Calibration:
     """
     model, old, state = robot.model, robot.parameters, robot.state
     fresh = parameters_of(model, positions)
-    many = old.geometry + old.compliances
+    many = old.inner
     known = np.arange(old.arm, old.arm + many)
     rows = np.array(fresh.rows)
     information = np.linalg.inv(robot.covariance[np.ix_(known, known)])
     root = np.linalg.cholesky((information + information.T) / 2.0).T
     rows[:many, fresh.arm : fresh.arm + many] = root
-    mean = np.append(state.geometry, state.compliance)
+    mean = np.concatenate([state.geometry, state.compliance, state.compensator])
     start = begin(model, positions)
-    start = replace(start, geometry=state.geometry, compliance=state.compliance)
+    start = replace(
+        start,
+        geometry=state.geometry,
+        compliance=state.compliance,
+        compensator=state.compensator,
+    )
     return calibrate(model, positions, replace(fresh, rows=rows, mean=mean), start=start)
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from elastocal.arrays import Array, IntArray, freeze, frozen
 from elastocal.elastic.springs import VirtualJoints, merged
 from elastocal.robot.chain import Joint, Robot, T_body_joint, Tool, transform
+from elastocal.robot.compensators import Compensator
 from elastocal.robot.payloads import Payload
 from elastocal.robot.shapes import BodyMass
 
@@ -31,6 +32,8 @@ class ElasticArm:
         payload: What hangs on the flange by its weight, the last of the masses of the chain.
         weighs: Whether nothing is taken off the readings, so that the linear model counts weights
             as loads.
+        compensators: Springs that hold a joint besides, each with what it makes of its lever: the
+            compliance of the joint times the stiffness of the spring [rad/m²].
     """
 
     robot: Robot
@@ -39,6 +42,7 @@ class ElasticArm:
     gravity: Array = field(default_factory=lambda: np.zeros(3))
     payload: Payload | None = None
     weighs: bool = False
+    compensators: tuple[tuple[Compensator, float], ...] = ()
 
     def __post_init__(self) -> None:
         freeze(self, gravity=np.reshape(self.gravity, 3))
@@ -137,6 +141,9 @@ class ElasticArm:
         """(N, c) joint values of the chain for configurations (N, n) and springs (N, p)."""
         joints = np.zeros((len(q), len(self.chain.joints)))
         joints[:, self.actuated] = q
+        for compensator, strength in self.compensators:
+            own = q[:, compensator.joint]
+            joints[:, self.actuated[compensator.joint]] += strength * compensator.lever(own)
         joints[:, self.sprung] += displacement
         return joints
 

@@ -15,6 +15,7 @@ from elastocal.elastic.unknowns import each_spring, joined
 from elastocal.measuring.instrument import Instrument
 from elastocal.measuring.positions import Positions
 from elastocal.robot.chain import Robot, Tool
+from elastocal.robot.compensators import Compensator
 from elastocal.robot.controller_axes import Coupling, uncoupled
 from elastocal.robot.geometry import GROUPS, geometric_errors
 from elastocal.robot.payloads import Payload
@@ -34,6 +35,7 @@ class AbsoluteStudy:
         gravity: (3,) acceleration that masses feel, base frame [m/s²].
         payloads: What may hang on the flange.
         payload: What hangs there where readings do not say; empty for nothing.
+        compensators: Springs that hold part of the weight, of unknown stiffness.
         nuisance: Springs that nobody asks for, with their priors; None if there are none.
         geometry_prior: Standard uncertainty of a geometric error before [rad or m].
         controller: What the controller shows for the joint values of the model; the same if None.
@@ -49,6 +51,7 @@ class AbsoluteStudy:
     gravity: Array = field(default_factory=lambda: np.array([0.0, 0.0, -9.80665]))
     payloads: tuple[Payload, ...] = ()
     payload: str = ""
+    compensators: tuple[Compensator, ...] = ()
     nuisance: Nuisance | None = None
     geometry_prior: float = GEOMETRY_PRIOR
     controller: Coupling | None = None
@@ -76,6 +79,7 @@ def arm_model(study: AbsoluteStudy) -> ArmModel:
         compliances,
         study.gravity,
         study.payloads,
+        study.compensators,
     )
 
 
@@ -96,7 +100,8 @@ def growing(study: AbsoluteStudy, positions: Positions) -> list[tuple[str, ArmMo
     Source: ours; the order in which manufacturers and standards name the errors of an arm.
     """
     base = tuple(block for block in study.blocks if block not in GROUPS)
-    bare = replace(study, blocks=base, springs=subset(study.springs, ()), nuisance=None)
+    none = subset(study.springs, ())
+    bare = replace(study, blocks=base, springs=none, nuisance=None, compensators=())
     steps = [("base and tool", bare)]
     for group in GROUPS:
         if group in study.blocks:
@@ -105,6 +110,9 @@ def growing(study: AbsoluteStudy, positions: Positions) -> list[tuple[str, ArmMo
     if len(study.springs):
         bare = replace(bare, springs=study.springs)
         steps.append(("compliances", bare))
+    if study.compensators:
+        bare = replace(bare, compensators=study.compensators)
+        steps.append(("compensators", bare))
     if study.nuisance is not None:
         steps.append(("nuisance", study))
     models = [(name, step, arm_model(step)) for name, step in steps]

@@ -59,6 +59,8 @@ def planned_unknowns(
     model = arm_model(study)
     if study.nuisance is not None:
         raise InputError("plans for absolute readings know no nuisance yet; leave it out")
+    if study.compensators:
+        raise InputError("plans for absolute readings know no compensators yet; leave them out")
     columns = unknown_columns(
         model, base="base" in study.blocks, tool="tool" in study.blocks
     ).springs

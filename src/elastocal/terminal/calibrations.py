@@ -12,7 +12,7 @@ from elastocal.calibration.arm_model import ArmModel
 from elastocal.calibration.calibrate import Calibration, values_of
 from elastocal.calibration.doubts import doubts
 from elastocal.calibration.nested import Ladder
-from elastocal.calibration.parameters import BASE, PAYLOAD, PROBE, TOOL
+from elastocal.calibration.parameters import BASE, COMPENSATOR, PAYLOAD, PROBE, TOOL
 from elastocal.calibration.validate import Check, rms_of
 from elastocal.study.absolute import AbsoluteStudy
 from elastocal.terminal.console import micrometres, out, whole
@@ -99,6 +99,8 @@ def _unit(found: Calibration, u: int) -> tuple[float, str]:
         return 1e3, "mm"
     if block == PAYLOAD:
         return 1.0, "kg" if p.names[u].startswith("mass") else "kg·m"
+    if block == COMPENSATOR:
+        return 1.0, "rad/m²"
     if block == "compliance":
         return 1e6, f"µ{kind.compliance}"
     return (1e3, "mrad") if kind.unit == "rad" else (1e3, "mm")

@@ -14,7 +14,15 @@ import numpy as np
 from elastocal.arrays import Array, BoolArray, IntArray
 from elastocal.calibration.arm_model import ArmModel, State
 from elastocal.calibration.calibrated_robot import CalibratedRobot, Origin, StationNoise
-from elastocal.calibration.parameters import BASE, COMPLIANCE, PAYLOAD, PROBE, TOOL, Parameters
+from elastocal.calibration.parameters import (
+    BASE,
+    COMPENSATOR,
+    COMPLIANCE,
+    PAYLOAD,
+    PROBE,
+    TOOL,
+    Parameters,
+)
 from elastocal.elastic.unknowns import Unknowns
 from elastocal.errors import InputError, ModelFileError
 from elastocal.files.models.calibration_kind import KIND
@@ -32,6 +40,7 @@ from elastocal.files.texts import is_version, json_document, read_text
 from elastocal.files.yaml_lines import Located, LocatedError, at, parse
 from elastocal.matrices import is_covariance, is_symmetric
 from elastocal.robot.chain import Robot, Tool
+from elastocal.robot.compensators import Compensator, turning_joint
 from elastocal.robot.geometry import GeometricErrors, geometric_errors, group_of
 from elastocal.robot.geometry_hash import geometry_hash
 from elastocal.robot.payloads import Payload
@@ -86,7 +95,9 @@ def _robot_of(file: CalibrationFile, robot: Robot) -> CalibratedRobot:
         errors = _errors(file.geometry, robot)
     compliances = _compliances(file, robot)
     payloads = _payloads(file.payloads)
-    model = ArmModel(robot, tool, errors, compliances, np.array(file.gravity_m_s2), payloads)
+    compensators = _compensators(file, robot)
+    gravity = np.array(file.gravity_m_s2)
+    model = ArmModel(robot, tool, errors, compliances, gravity, payloads, compensators)
     state, targets = _state(file, tool)
     parameters = _parameters(file, model, targets)
     covariance = _covariance(file, parameters)
@@ -254,8 +265,20 @@ def _state(file: CalibrationFile, tool: Tool) -> tuple[State, IntArray]:
         np.array([entry.value for entry in file.geometry.values()]),
         np.array([entry.value for entry in file.compliance.values()]),
         np.array(payload).reshape(-1, 4),
+        np.array([one.value for one in file.compensators.values()]),
     )
     return state, targets
+
+
+def _compensators(file: CalibrationFile, robot: Robot) -> tuple[Compensator, ...]:
+    found = []
+    for name, one in file.compensators.items():
+        with at("compensators", name):
+            joint = turning_joint(robot, one.joint)
+            lengths = one.crank_mm / 1e3, one.reach_mm / 1e3
+            angle = float(np.radians(one.angle_deg))
+            found.append(Compensator(name, joint, *lengths, angle, one.rest_mm / 1e3))
+    return tuple(found)
 
 
 def _refuse_none(file: CalibrationFile) -> None:
@@ -284,6 +307,8 @@ def _parameters(file: CalibrationFile, model: ArmModel, targets: IntArray) -> Pa
     turns += [kind.unit == "rad" for kind in model.errors.kinds]
     block += len(model.compliances) * [COMPLIANCE]
     turns += [kind.unit == "rad" for kind in model.compliances.kinds]
+    block += len(model.compensators) * [COMPENSATOR]
+    turns += len(model.compensators) * [True]
     hung = tuple(i for i, p in enumerate(file.payloads.values()) if p.fitted)
     block += 4 * len(hung) * [PAYLOAD]
     turns += 4 * len(hung) * [False]
@@ -298,8 +323,10 @@ def _parameters(file: CalibrationFile, model: ArmModel, targets: IntArray) -> Pa
         len(model.compliances),
         hung,
         held=_among("held", file.held, names),
+        compensators=len(model.compensators),
     )
-    own = (*model.errors.names, *model.compliances.names)
+    held = tuple(f"compensator {one.name}" for one in model.compensators)
+    own = (*model.errors.names, *model.compliances.names, *held)
     first = found.arm
     with at("covariance", "order"):
         if len(names) != len(block) or len(set(names)) != len(names):
@@ -329,6 +356,7 @@ def _covariance(file: CalibrationFile, parameters: Parameters) -> Array:
         found = np.sqrt(np.maximum(np.diagonal(matrix), 0.0))[parameters.arm :]
         said = [(name, entry.standard_error) for name, entry in file.geometry.items()]
         said += [(name, entry.standard_error) for name, entry in file.compliance.items()]
+        said += [(name, entry.standard_error) for name, entry in file.compensators.items()]
         for (name, error), own in zip(said, found.tolist(), strict=False):
             if abs(error - own) > AGREE * own:
                 raise InputError(

@@ -95,6 +95,19 @@ class FoundComplianceFile(ComplianceFile):
     springs: dict[Name, Finite] | None = None
 
 
+class FoundCompensatorFile(Section):
+    """A compensator: its spring as it is drawn, and what was found of it."""
+
+    joint: Name
+    crank_mm: Positive
+    reach_mm: Positive
+    angle_deg: Finite
+    rest_mm: AtLeastZero
+    value: Finite
+    unit: Literal["rad/m2"]
+    standard_error: AtLeastZero
+
+
 class ThoughtFile(Section):
     """A payload as it was thought to be."""
 
@@ -149,6 +162,7 @@ class CalibrationFile(Section):
     geometry: dict[Name, GeometryFile]
     compliance: dict[Name, FoundComplianceFile]
     springs: dict[Name, SpringFile] = fresh(dict)
+    compensators: dict[Name, FoundCompensatorFile] = fresh(dict)
     payloads: dict[Name, FoundPayloadFile] = fresh(dict)
     covariance: CovarianceFile
     held: list[Name] = fresh(list)

@@ -57,6 +57,8 @@ def calibration_document(calibrated: CalibratedRobot) -> dict[str, Any]:
     }
     if (compliances.springs.joint < 0).any():
         document["springs"] = springs_section(robot, compliances.springs)
+    if model.compensators:
+        document["compensators"] = _compensators(calibrated)
     if model.payloads:
         document["payloads"] = _payloads(calibrated)
     names, held = calibrated.parameters.names, calibrated.parameters.held
@@ -164,6 +166,24 @@ def _compliance(calibrated: CalibratedRobot) -> dict[str, Any]:
             entry["springs"] = made
         found[name] = entry
     return found
+
+
+def _compensators(calibrated: CalibratedRobot) -> dict[str, Any]:
+    p, robot = calibrated.parameters, calibrated.model.robot
+    first = p.arm + p.geometry + p.compliances
+    return {
+        one.name: {
+            "joint": robot.joint_names[one.joint],
+            "crank_mm": 1e3 * one.crank,
+            "reach_mm": 1e3 * one.reach,
+            "angle_deg": float(np.degrees(one.angle)),
+            "rest_mm": 1e3 * one.rest,
+            "value": float(calibrated.state.compensator[i]),
+            "unit": "rad/m2",
+            "standard_error": float(calibrated.standard_error[first + i]),
+        }
+        for i, one in enumerate(calibrated.model.compensators)
+    }
 
 
 def _made(unknowns: Unknowns, index: int) -> dict[str, float]:

@@ -49,6 +49,7 @@ from elastocal.files.values import (
 from elastocal.files.yaml_lines import Located, LocatedError, at, parse
 from elastocal.measuring.single_readings import of_readings
 from elastocal.robot.chain import Robot, Tool
+from elastocal.robot.compensators import Compensator, turning_joint
 from elastocal.robot.geometry import GROUPS
 from elastocal.robot.payloads import Payload
 from elastocal.study.absolute import AbsoluteStudy
@@ -66,6 +67,16 @@ class PayloadFile(Section):
     center_mm: MillimetreVector = fresh(lambda: [0.0, 0.0, 0.0])
     mass_error_kg: NonNegative = 0.0
     center_error_mm: NonNegative = 0.0
+
+
+class CompensatorFile(Section):
+    """A spring that holds part of the weight at a joint, as it is drawn."""
+
+    joint: Name
+    crank_mm: PositiveMillimetres
+    reach_mm: PositiveMillimetres
+    angle_deg: Degrees = 0.0
+    rest_mm: NonNegative = 0.0
 
 
 class AbsoluteExperimentsFile(Section):
@@ -98,6 +109,7 @@ class AbsoluteStudyFile(Section):
     springs: dict[Name, SpringFile] | None = None
     tools: dict[Name, ToolFile] = fresh(dict)
     payloads: dict[Name, PayloadFile] = fresh(dict)
+    compensators: dict[Name, CompensatorFile] = fresh(dict)
     experiments: AbsoluteExperimentsFile = fresh(dict)
     instrument: InstrumentFile
     nuisance: Either[Literal["none", "typical"], NuisanceFile] | None = None
@@ -191,6 +203,22 @@ def _study(file: AbsoluteStudyFile, path: Path, text: str) -> AbsoluteStudy:
     for name, entry in file.payloads.items():
         with at("payloads", name):
             payloads.append(_payload(name, entry, sought="payload" in blocks))
+    compensators = []
+    for name, one in file.compensators.items():
+        with at("compensators", name):
+            joint = turning_joint(robot, one.joint)
+            rest = one.rest_mm / 1e3
+            compensators.append(
+                Compensator(name, joint, one.crank_mm, one.reach_mm, one.angle_deg, rest)
+            )
+    with at("identify"):
+        if "compensator" in blocks and not compensators:
+            raise InputError("identify names 'compensator', but none is given in compensators")
+        if compensators and "compensator" not in blocks:
+            raise InputError(
+                "compensators are given, so identify must name 'compensator': nobody knows their "
+                "stiffness"
+            )
     with at("experiments"):
         hung = _hung(file)
         payload = "" if len(hung) != 1 or hung[0] == "none" else hung[0]
@@ -210,6 +238,7 @@ def _study(file: AbsoluteStudyFile, path: Path, text: str) -> AbsoluteStudy:
         gravity=np.array(file.gravity_m_s2 or _DOWN),
         payloads=tuple(payloads),
         payload=payload,
+        compensators=tuple(compensators),
         nuisance=nuisance,
         controller=controller,
         name=file.name or path.stem,

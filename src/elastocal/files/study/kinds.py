@@ -7,7 +7,7 @@ from elastocal.files.texts import is_version
 from elastocal.files.yaml_lines import Located, LocatedError
 from elastocal.robot.geometry import GROUPS
 
-BLOCKS = ("base", "tool", "geometry", *GROUPS, "payload")
+BLOCKS = ("base", "tool", "geometry", *GROUPS, "payload", "compensator")
 """What `identify` of a study of absolute readings may name besides joints and springs."""
 LARGEST = 1_000_000
 """Bytes of a study file; it is a page of text."""

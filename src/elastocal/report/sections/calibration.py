@@ -15,7 +15,7 @@ from elastocal.calibration.by_joint import joint_shares
 from elastocal.calibration.calibrate import Calibration, values_of
 from elastocal.calibration.doubts import doubts
 from elastocal.calibration.nested import Ladder
-from elastocal.calibration.parameters import BASE, COMPLIANCE, PAYLOAD, PROBE, TOOL
+from elastocal.calibration.parameters import BASE, COMPENSATOR, COMPLIANCE, PAYLOAD, PROBE, TOOL
 from elastocal.calibration.validate import Check
 from elastocal.report.charts.calibrated import Bars, Found, bar_chart, error_map, interval_chart
 from elastocal.report.layout import two_widths
@@ -192,6 +192,8 @@ def _shown(found: Calibration, u: int) -> tuple[str, str, float]:
     kind, block = p.kinds[u], p.block[u]
     if block == COMPLIANCE:
         return "Compliances", f"µ{kind.compliance}", 1e6
+    if block == COMPENSATOR:
+        return "Compensators", "rad/m²", 1.0
     if block == PAYLOAD:
         mass = p.names[u].startswith("mass")
         return ("Payload, mass", "kg", 1.0) if mass else ("Payload, moment", "kg·m", 1.0)
