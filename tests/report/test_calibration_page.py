@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from elastocal.calibration.by_joint import joint_shares
-from elastocal.calibration.calibrate import calibrate
+from elastocal.calibration.calibrate import calibrate, values_of
 from elastocal.calibration.calibrated_robot import put_away
 from elastocal.calibration.nested import ladder
-from elastocal.calibration.parameters import parameters_of
+from elastocal.calibration.parameters import TOOL, parameters_of
 from elastocal.calibration.validate import check
 from elastocal.report import calibration_html
 from elastocal.report.sections.calibration import CalibrationContents
@@ -39,6 +39,14 @@ def test_everything_is_on_the_page(contents: CalibrationContents) -> None:
     assert "<i>arm" not in page
     assert "the rest <b>" not in page
     assert "http://" not in page.replace("http://www.w3.org", "")
+
+
+def test_reflectors_have_intervals_or_the_word(contents: CalibrationContents) -> None:
+    page, found = calibration_html(contents), contents.found
+    places = [u for u, block in enumerate(found.parameters.block) if block == TOOL]
+    told = [bool(found.redundancy.seen[u]) for u in places]
+    assert page.count(", not told by itself</td>") == told.count(False) > 0
+    assert all(f"{1e3 * values_of(found)[u]:.3f}".lstrip("-") in page for u in places)
 
 
 def test_what_joints_do_adds_up_where_one_is_off() -> None:

@@ -167,13 +167,25 @@ def _unknowns(found: Calibration) -> PageSection:
     table = BarTable(
         ("Reflector", "x [mm]", "y [mm]", "z [mm]"),
         tuple(
-            Row((name, *(number(1e3 * float(v), 6) for v in values[p.marker(m, k)])))
+            Row(
+                (name, *(_coordinate(found, u) for u in np.arange(len(p))[p.marker(m, k)].tolist()))
+            )
             for m, mounting in enumerate(found.positions.mountings)
             for k, name in enumerate(_reflectors(found, mounting))
             if p.targets[m, k]
         ),
     )
     return PageSection("unknowns", "Unknowns", {"pictures": pictures, "table": table})
+
+
+def _coordinate(found: Calibration, u: int) -> str:
+    """Where a reflector is along an axis, with 95 %, or that the readings do not tell it."""
+    value = f"{1e3 * float(values_of(found)[u]):.3f}"
+    if found.parameters.held[u]:
+        return f"{value}, taken as known"
+    if not found.redundancy.seen[u]:
+        return f"{value}, not told by itself"
+    return f"{value} ± {number(1e3 * found.width * float(found.standard_error[u]), 2)}"
 
 
 def _intervals(found: list[Found], unit: str, width: float) -> Markup:
