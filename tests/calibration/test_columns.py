@@ -66,7 +66,9 @@ def test_gradients_of_columns_are_differences(seed: int) -> None:
     )
     assert space.lower[-1] == 0.0
     x = space.sample(5, rng)
-    x[:, -1] = rng.uniform(0.1, 0.9, 5)
+    x[:, -1] = rng.uniform(0.1, 0.9, 5)  # as searches that stir may have it
+    wrench = space.load_cases(x).wrench
+    assert np.array_equal(wrench[:, :3], np.where(x[:, -1:] > 0.5, space.force.value, 0.0))
     here = LoadCaseEvaluation(space, x)
     bar = rng.normal(size=here.blocks.shape)
     gradient = here.pull(bar, np.zeros((5, 0)))

@@ -207,8 +207,9 @@ class InPlane:
 class ThereOrNot:
     """A given force [N] or moment [N·m], or none of it.
 
-    The design variable is its share, 0 or 1. No search moves it: the information of a load case is
-    a convex quadratic of the share, so the best ones are at the ends, and both are looked at.
+    The design variable says which: above one half it is there. No search moves it by a gradient;
+    both are looked at. Nothing between would be better: the information of a load case is a convex
+    quadratic of the share.
     """
 
     value: Array
@@ -229,7 +230,7 @@ class ThereOrNot:
 
     def decode(self, x: Array) -> Array:
         """(3, N) vectors of design variables (1, N)."""
-        return self.value[:, None] * x
+        return self.value[:, None] * (x > 0.5)
 
     def pull(self, x: Array, cotangent: Array) -> Array:
         """(1, N) zeros: the share is not moved."""

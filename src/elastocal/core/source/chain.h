@@ -155,7 +155,8 @@ INLINE frame attached(const double *t, const frame *f) {
 /* Force or moment of its design variables. */
 INLINE vector loaded(const Load *load, const lanes *x) {
     if (load->kind == FIXED) return constant(load->axis);
-    if (load->kind == SHARE) return times(x[0], constant(load->axis));
+    if (load->kind == SHARE)
+        return times(pick(x[0] > 0.5, every(1.0), every(0.0)), constant(load->axis));
     if (load->kind == DIRECTION) {
         vector v = {x[0], x[1], x[2]};
         return times(load->size / root(dot(v, v)), v);
