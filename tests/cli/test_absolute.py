@@ -91,6 +91,23 @@ def test_from_a_tracker_file_to_a_calibrated_robot(job: Path) -> None:
     assert "base and tool from 10 poses" in said
 
 
+def test_programs_are_told_what_people_are(job: Path) -> None:
+    said = ran("identify", job / "study.yaml", job / "fit.csv", "-o", job / "m.json", "--json")
+    told = json.loads(said)
+    names = [model["name"] for model in told["models"]]
+    assert names == ["base and tool", "zeros", "lengths", "angles", "compliances"]
+    assert told["proposed"] in names
+    assert {"doubts", "remarks"} <= set(told)
+
+
+def test_two_points_under_one_name_are_refused(job: Path) -> None:
+    text = (job / "fit.csv").read_text(encoding="utf-8").replace(",T2,", ",T1,")
+    (job / "twice.csv").write_text(text, encoding="utf-8")
+    said = failed("identify", job / "study.yaml", job / "twice.csv", "-o", job / "m.json")
+    assert "twice.csv, line 3" in said
+    assert "is it another reflector, or another pose?" in said
+
+
 def test_readings_of_the_fit_are_no_validation(job: Path) -> None:
     study, model = job / "study.yaml", job / "model.json"
     ran("identify", study, job / "fit.csv", "-o", model)

@@ -46,6 +46,11 @@ class Check:
         return rms_of(self.error[self.points])
 
     @property
+    def largest(self) -> float:
+        """Length of the largest error of a position [m]."""
+        return float(np.linalg.norm(self.error[self.points], axis=1).max(initial=0.0))
+
+    @property
     def expected(self) -> float:
         """What that was expected to be [m]."""
         return float(np.sqrt(np.einsum("rii->r", self.covariance[self.points]).mean()))

@@ -8,14 +8,17 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from elastocal.calibration.calibrate import calibrate
 from elastocal.calibration.calibrated_robot import put_away
-from elastocal.calibration.nested import ladder
+from elastocal.calibration.doubts import doubts
+from elastocal.calibration.nested import Ladder, ladder
 from elastocal.calibration.stations import station_motions, steadied
 from elastocal.calibration.validate import check, check_set_up
 from elastocal.cli.common import print_json, replaceable
 from elastocal.errors import InputError
+from elastocal.files.doubt_entries import doubt_entries
 from elastocal.files.measurements.positions_file import read_positions
 from elastocal.files.models.calibration_file import read_calibration
 from elastocal.files.models.calibration_writing import calibration_document, write_calibration
@@ -52,12 +55,35 @@ def calibrate_command(
     robot = put_away(found, str(study_file), _hash(study))
     write_calibration(robot, out)
     if as_json:
-        print_json(calibration_document(robot))
+        odd = doubts(found, grown)
+        print_json(
+            calibration_document(robot)
+            | {
+                "models": _models(grown),
+                "proposed": grown.rungs[grown.proposed].name,
+                "remarks": [*positions.remarks, *map(worded, (*positions.doubts, *odd))],
+                "doubts": doubt_entries((*positions.doubts, *odd)),
+            }
+        )
         return
     from elastocal.terminal.calibrations import show_calibration
 
     show_calibration(found, grown)
     print(f"wrote {out}")
+
+
+def _models(grown: Ladder) -> list[dict[str, Any]]:
+    """The models that grow, for programs."""
+    return [
+        {
+            "name": rung.name,
+            "unknowns": rung.unknowns,
+            "told": None if rung.calibration is None else rung.calibration.redundancy.told,
+            "fit_mm": 1e3 * rung.error,
+            "left_out_mm": 1e3 * rung.left_out,
+        }
+        for rung in grown.rungs
+    ]
 
 
 def check_command(
@@ -88,7 +114,9 @@ def check_command(
                 "poses": len(found.positions.cases),
                 "error_mm": 1e3 * found.rms,
                 "expected_mm": 1e3 * found.expected,
+                "largest_mm": 1e3 * found.largest,
                 "set_up": list(found.set_up),
+                "remarks": [*positions.remarks, *map(worded, positions.doubts)],
             }
         )
         return

@@ -145,7 +145,6 @@ def show_check(found: Check) -> None:
     """A calibrated robot on other readings."""
     p = found.positions
     error = found.error[found.points]
-    largest = float(np.sqrt((error**2).sum(axis=1)).max(initial=0.0))
     how = (
         f"base and tool from {counted(len(found.set_up), 'pose')} of them"
         if found.set_up
@@ -155,7 +154,7 @@ def show_check(found: Check) -> None:
         Text(
             f"{counted(len(error), 'position')} of {counted(len(p.cases), 'pose')} not used, {how}:"
             f" {1e3 * rms_of(error):.4f} mm (RMS) from the model, {1e3 * found.expected:.4f} mm "
-            f"expected; at most {micrometres(largest)}."
+            f"expected; at most {micrometres(found.largest)}."
         )
     )
 

@@ -308,6 +308,8 @@ def _once(
     keep, said = np.ones(len(row), dtype=bool), list[str]()
     key = (case * (turn + 1) + target) * (int(station.max(initial=0)) + 1) + station
     if len(np.unique(key)) < len(key):
+        stuck = np.isin(np.arange(len(row)), repeats(value))  # the beam broke: said below
+        _refuse_far_repeats(arm, key, value, row, (target < turn) & ~stuck)
         first = np.unique(np.column_stack([key, value]), axis=0, return_index=True)[1]
         keep[:] = False
         keep[first] = True
@@ -319,6 +321,26 @@ def _once(
         )
     again = np.setdiff1d(repeats(value), copies)
     return keep, said + repeated(arm, row[again[target[again] < turn]])
+
+
+def _refuse_far_repeats(
+    arm: Table, key: IntArray, value: Array, row: IntArray, points: BoolArray
+) -> None:
+    """Refuse readings of one reflector in one pose that cannot be of one point."""
+    order = np.argsort(key, kind="stable")
+    same = (key[order[1:]] == key[order[:-1]]) & points[order[1:]]
+    apart = np.linalg.norm(value[order[1:]] - value[order[:-1]], axis=1)
+    far = np.flatnonzero(same & (apart > _ONE_POINT))
+    if len(far):
+        first, again = (int(row[order[far[0] + i]]) for i in (0, 1))
+        raise MeasurementFileError(
+            f"{arm.where(again, AXES[0])}: this reflector was read in this pose by this station "
+            f"before, {1e3 * apart[far[0]]:.4g} mm from here ({arm.line(first, again)}); expected "
+            "one point: is it another reflector, or another pose?"
+        )
+
+
+_ONE_POINT = 0.02  # m that repeats of one point may be apart, bumps of a tracker included
 
 
 def _torques(arm: Table, codes: IntArray, study: AbsoluteStudy) -> Array:
