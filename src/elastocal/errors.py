@@ -84,6 +84,7 @@ Code = Literal[
     "large-errors",
     "model-scatters",
     "smaller-will-do",
+    "payload-exact",
     # of what experiments can tell apart
     "not-seen",
     "confounded",

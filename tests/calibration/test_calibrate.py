@@ -280,6 +280,16 @@ def test_payloads_are_weighed() -> None:
     assert abs(found.state.payload[0, 0] - 40.0) < 3.0 * found.standard_error[mass]
 
 
+def test_reflectors_told_by_an_exact_payload_are_said_to_be() -> None:
+    rng = np.random.default_rng(15)
+    found = fitted(WHOLE, campaign(rng, WHOLE, truth_of(rng, WHOLE)))
+    told = replace(found.redundancy, seen=np.ones(len(found.parameters), dtype=bool))
+    odd = [d for d in doubts(replace(found, redundancy=told)) if d.code == "payload-exact"]
+    assert odd[0].about == ("weight",)
+    open_ = replace(found.redundancy, seen=np.zeros(len(found.parameters), dtype=bool))
+    assert not [d for d in doubts(replace(found, redundancy=open_)) if d.code == "payload-exact"]
+
+
 def test_a_compensator_is_found_beside_the_spring_of_its_joint(tmp_path: Path) -> None:
     rng = np.random.default_rng(14)
     spring = Compensator("gas", 1, 0.3, 1.2, 0.4, 0.5)

@@ -7,7 +7,7 @@ import numpy as np
 from elastocal.calibration.calibrate import Calibration
 from elastocal.calibration.knocks import knocked, likeliest_knocks
 from elastocal.calibration.nested import Ladder
-from elastocal.calibration.parameters import COMPLIANCE, PAYLOAD
+from elastocal.calibration.parameters import COMPLIANCE, PAYLOAD, TOOL
 from elastocal.errors import Doubt
 from elastocal.robot.geometry import ANGLES, GROUPS
 
@@ -48,6 +48,7 @@ def doubts(found: Calibration, grown: Ladder | None = None) -> tuple[Doubt, ...]
     hidden = [p.names[u] for u in p.of(COMPLIANCE, PAYLOAD) if not found.redundancy.seen[u]]
     if hidden:
         odd.append(Doubt("not-told", tuple(hidden)))
+    odd += _payload_exact(found)
     first = p.arm
     mine = p.of(*GROUPS)
     size = np.abs(found.state.geometry) * np.linalg.norm(p.rows[:, mine], axis=0)
@@ -76,6 +77,17 @@ def doubts(found: Calibration, grown: Ladder | None = None) -> tuple[Doubt, ...]
 def _has_geometry(found: Calibration) -> bool:
     """Whether geometric errors were sought, angles among them."""
     return ANGLES in found.parameters.block
+
+
+def _payload_exact(found: Calibration) -> list[Doubt]:
+    """That reflectors are told by the sag under a payload that counts as known exactly."""
+    p, positions = found.parameters, found.positions
+    hung = sorted({*positions.payload.tolist()} - {-1} - {*p.hung})
+    told = [p.names[u] for u in p.of(TOOL) if found.redundancy.seen[u] and not p.held[u]]
+    sags = bool(found.state.compliance.any()) and len({*positions.payload.tolist()}) > 1
+    if not (hung and told and sags):
+        return []
+    return [Doubt("payload-exact", tuple(positions.payloads[i] for i in hung), tuple(told))]
 
 
 def _scatter(found: Calibration) -> list[Doubt]:

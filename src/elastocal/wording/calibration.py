@@ -92,6 +92,13 @@ def _station(doubt: Doubt) -> str:
     return f"station {name!r}" if name else "the tracker"
 
 
+def _payload_exact(doubt: Doubt) -> str:
+    return (
+        f"payload {listed(doubt.about)} counts as known exactly, and tells {listed(doubt.because)} "
+        "through the sag of the arm: give mass_error_kg and center_error_mm if it is not"
+    )
+
+
 SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     "tracker-drifted": _drifted,
     "tracker-knocked": _knocked,
@@ -101,6 +108,7 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     "large-errors": _large_errors,
     "model-scatters": _scatters,
     "smaller-will-do": _smaller_will_do,
+    "payload-exact": _payload_exact,
 }
 
 
