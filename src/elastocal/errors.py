@@ -61,6 +61,7 @@ Code = Literal[
     "wrong-side",
     "position-only",
     "nothing-to-compensate",
+    "no-better",
     "taken-as-zero",
     "tcp-not-read",
     "tool-elsewhere",

@@ -160,6 +160,15 @@ def test_a_tcp_that_was_not_read_is_said() -> None:
     assert "tcp-not-read" not in codes
 
 
+@pytest.mark.parametrize(("size", "said"), [(1e-12, False), (1e4, True)])
+def test_a_correction_that_may_be_worse_than_none_is_said(size: float, said: bool) -> None:
+    calibrated = calibrated_as(RNG(9), KR270)
+    unknown = size * np.eye(len(calibrated.parameters))
+    cases = LoadCases(np.array([[0.1, -1.2, 1.3, 0.2, 0.5, 0.3]]), np.zeros((1, 6)))
+    done = compensate_calibrated(replace(calibrated, covariance=unknown), cases, point="R1")
+    assert ("no-better" in [note.code for note in done.notes]) == said
+
+
 def test_a_tool_that_is_not_the_one_drawn_is_taken_as_found() -> None:
     """Reflectors a decimetre from their drawing: the arm does not go there to make up for it."""
     calibrated = calibrated_as(RNG(8), KR270)

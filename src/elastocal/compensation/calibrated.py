@@ -90,6 +90,8 @@ def compensate_calibrated(
     rows = placed(
         calibrated, standing, carried, station=station, mounting=mounting, payload=payload
     ).rows
+    covariance = rows @ calibrated.covariance @ rows.transpose(0, 2, 1)
+    before = loaded[:, :3, 3] - target[:, :3, 3]
     model = replace(
         calibrated.compliances, model_error=float(np.sqrt(3.0)) * calibrated.noise[station].model
     )
@@ -101,16 +103,16 @@ def compensate_calibrated(
         q=frozen(q),
         target=frozen(target),
         command=frozen(command),
-        before=frozen(loaded[:, :3, 3] - target[:, :3, 3]),
+        before=frozen(before),
         after=frozen(after),
-        covariance=frozen(rows @ calibrated.covariance @ rows.transpose(0, 2, 1)),
+        covariance=frozen(covariance),
         limit=_limit(calibrated, rows),
         floor=frozen(np.zeros(len(cases))),
         converged=frozen(converged, np.bool_),
         iterations=frozen(found.iterations, np.int64),
         damped=frozen(found.damped, np.bool_),
         doubts=doubts(arm.robot, q, after, good, found.at_rest, found.damped, found.lost),
-        notes=_notes(arm, compliance, carried),
+        notes=(*_notes(arm, compliance, carried), *_no_better(before, covariance)),
         calibrated=True,
     )
 
@@ -131,6 +133,15 @@ def _limit(calibrated: CalibratedRobot, rows: Array) -> float:
     form = np.einsum("nip,niq->pq", rows, rows) / len(rows)
     weight, _ = weights_of(form, calibrated.covariance)
     return largest_likely(weight, dof=calibrated.dof)
+
+
+def _no_better(before: Array, covariance: Array) -> tuple[Doubt, ...]:
+    """That what the calibration does not know is as much as what it corrects."""
+    was = float(np.sqrt((before**2).sum(axis=1).mean()))
+    left = float(np.sqrt(np.einsum("nii->n", covariance).mean()))
+    if left < was:
+        return ()
+    return (Doubt("no-better", (), (), {"before": was, "after": left}, "m"),)
 
 
 def _notes(arm: ElasticArm, compliance: Array, carried: Carried) -> tuple[Doubt, ...]:

@@ -32,6 +32,11 @@ def _singular(doubt: Doubt, does: str) -> str:
 
 
 SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
+    "no-better": lambda doubt: (
+        f"the correction is of {length(doubt.numbers['before'])} and its uncertainty "
+        f"{length(doubt.numbers['after'])} (RMS): it may be worse than none; measure near these "
+        "poses, or the point that is to be there"
+    ),
     "gives-way": lambda _: "no stable equilibrium: the arm gives way under the load",
     "not-at-rest": lambda _: "the search for the corrected configuration did not come to rest",
     "rests-elsewhere": lambda _: "the arm comes to rest elsewhere: the load is too large for it",
