@@ -15,7 +15,7 @@ from elastocal.calibration.parameters import Parameters
 from elastocal.calibration.prediction import predicted
 from elastocal.calibration.redundancy import Redundancy, redundancy_of
 from elastocal.fitting.goodness import quantile
-from elastocal.fitting.robust import Loss, Squares
+from elastocal.fitting.robust import LOSSES, Loss, Squares
 from elastocal.measuring.positions import Positions
 
 CONFIDENCE = 0.95
@@ -39,6 +39,7 @@ class Calibration:
         covariance: (U, U) of the unknowns, the prior included.
         redundancy: What the readings tell, and what only the prior holds.
         dof: Degrees of freedom of the noise found.
+        loss: Name of the loss by which readings counted.
     """
 
     model: ArmModel
@@ -51,6 +52,7 @@ class Calibration:
     covariance: Array
     redundancy: Redundancy
     dof: float
+    loss: str = "squares"
 
     def __post_init__(self) -> None:
         freeze(self, "error", "left_out", "covariance")
@@ -111,7 +113,8 @@ def calibrate(
         if _same(before, noise):
             break
     assert fit is not None
-    return _judged(model, positions, parameters, fit, noise)
+    found = _judged(model, positions, parameters, fit, noise)
+    return replace(found, loss=next(name for name, own in LOSSES.items() if own == loss))
 
 
 def values_of(found: Calibration) -> Array:

@@ -82,6 +82,7 @@ class CalibratedRobot:
         readings: Number of readings.
         fitted: Root mean square error of positions of the fit [m].
         left_out: The same of poses that were left out in turn [m].
+        loss: Name of the loss by which readings counted.
         origin: What it was made from.
         source: Where it comes from, in words.
     """
@@ -101,6 +102,7 @@ class CalibratedRobot:
     readings: int = 0
     fitted: float = 0.0
     left_out: float = 0.0
+    loss: str = "squares"
     origin: Origin = field(default_factory=Origin)
     source: str = ""
 
@@ -194,6 +196,7 @@ def put_away(calibration: Calibration, study: str = "", study_sha256: str = "") 
         readings=len(positions),
         fitted=_rms(calibration.error[points]),
         left_out=_rms(calibration.left_out[points]),
+        loss=calibration.loss,
         origin=Origin(study, study_sha256, positions.source, positions.sha256, positions.readings),
         source=positions.source,
     )

@@ -175,15 +175,17 @@ def report_command(
     study = read_absolute_study(study_file)
     robot = read_calibration(model, study.robot)
     positions = read_positions(measurements, study, mapping)
+    motions = station_motions(positions)
+    positions = steadied(positions, motions)
     if robot.origin.measurements_sha256 not in ("", positions.sha256):
         raise InputError(f"{model}: was not made from these measurements")
-    arm = arm_model(study)
-    found = calibrate(arm, positions, unknowns_of(study, arm, positions))
-    grown = ladder(growing(study, positions), positions, None, found)
+    arm, weigher = arm_model(study), LOSSES[robot.loss]
+    found = calibrate(arm, positions, unknowns_of(study, arm, positions), loss=weigher)
+    grown = ladder(growing(study, positions), positions, weigher, found)
     checked = None
     if validation:
-        checked = check(robot, read_positions(validation, study, mapping))
-    contents = CalibrationContents(study.name, found, grown, checked)
+        checked = check(robot, _read(study, validation, mapping, None, quiet=True))
+    contents = CalibrationContents(study.name, found, grown, checked, motions)
     write_text(out, calibration_html(contents))
     print(f"wrote {out}")
 

@@ -120,6 +120,7 @@ def _robot_of(file: CalibrationFile, robot: Robot) -> CalibratedRobot:
         readings=file.fit.readings,
         fitted=file.fit.rms_mm / 1e3,
         left_out=file.fit.left_out_mm / 1e3,
+        loss=file.fit.loss,
         origin=Origin(
             study.name if study else "",
             study.sha256 if study else "",

@@ -143,6 +143,7 @@ class FittedFile(Section):
     readings: Natural
     rms_mm: AtLeastZero
     left_out_mm: AtLeastZero
+    loss: Literal["squares", "huber", "bisquare"] = "squares"
 
 
 class CalibrationFile(Section):

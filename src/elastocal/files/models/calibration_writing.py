@@ -76,6 +76,7 @@ def calibration_document(calibrated: CalibratedRobot) -> dict[str, Any]:
             "readings": calibrated.readings,
             "rms_mm": 1e3 * calibrated.fitted,
             "left_out_mm": 1e3 * calibrated.left_out,
+            "loss": calibrated.loss,
         },
     }
 

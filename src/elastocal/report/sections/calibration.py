@@ -16,6 +16,7 @@ from elastocal.calibration.calibrate import Calibration, values_of
 from elastocal.calibration.doubts import doubts
 from elastocal.calibration.nested import Ladder
 from elastocal.calibration.parameters import BASE, COMPENSATOR, COMPLIANCE, PAYLOAD, PROBE, TOOL
+from elastocal.calibration.stations import StationMotion
 from elastocal.calibration.validate import Check
 from elastocal.report.charts.calibrated import Bars, Found, bar_chart, error_map, interval_chart
 from elastocal.report.layout import two_widths
@@ -39,12 +40,14 @@ class CalibrationContents:
         found: The calibration.
         grown: Models that grow to it.
         check: The calibrated robot on poses that were not used; None if there are none.
+        motions: How stations moved, as reflectors on the foot show.
     """
 
     name: str
     found: Calibration
     grown: Ladder
     check: Check | None = None
+    motions: tuple[StationMotion, ...] = ()
 
 
 def calibration_top(contents: CalibrationContents) -> PageSection:
@@ -83,7 +86,7 @@ def calibration_chapter(contents: CalibrationContents) -> Chapter:
             _where(contents),
             _joints(contents.found),
             _unknowns(contents.found),
-            _apart(contents.found),
+            _apart(contents),
         ),
     )
 
@@ -214,8 +217,9 @@ def _shown(found: Calibration, u: int) -> tuple[str, str, float]:
     return "Lengths", "mm", 1e3
 
 
-def _apart(found: Calibration) -> PageSection:
-    """What cannot be told apart, and how readings scatter."""
+def _apart(contents: CalibrationContents) -> PageSection:
+    """What cannot be told apart, how readings scatter, how stations moved."""
+    found = contents.found
     names, said = found.parameters.names, []
     for row in found.redundancy.open:
         involved = np.flatnonzero(np.abs(row) > _NAMED)
@@ -226,5 +230,19 @@ def _apart(found: Calibration) -> PageSection:
             found.positions.stations, found.noise.own, found.noise.shared, strict=True
         )
     ]
-    values = {"combinations": said, "well": found.redundancy.well, "noise": noise}
+    moved = [
+        (
+            found.positions.stations[one.station] or "the station",
+            one.verdict,
+            length(float(np.linalg.norm(one.motion[:, :3], axis=1).max(initial=0.0))),
+            str(len(one.motion)),
+        )
+        for one in contents.motions
+    ]
+    values = {
+        "combinations": said,
+        "well": found.redundancy.well,
+        "noise": noise,
+        "moved": moved,
+    }
     return PageSection("apart", "What is not told", values)
