@@ -18,7 +18,7 @@ from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import InputError
 from elastocal.measuring.best_fit import best_fits, unseen_turn
 from elastocal.measuring.positions import Positions
-from elastocal.robot.rotations import rotation_vectors
+from elastocal.robot.rotations import cross_matrices, rotation_vectors
 
 TCP = "TCP"
 _SAME = 1e-6  # m within which a TCP is one of the reflectors
@@ -134,13 +134,13 @@ def _along(
 ) -> Array:
     """(3, U) how a point moves that is rigid with reflectors, to first order of their best fit."""
     middle = points.mean(axis=0)
-    arms = -_cross(points - middle)  # (K, 3, 3): a turn moves a point by turn × arm
+    arms = -cross_matrices(points - middle)  # (K, 3, 3): a turn moves a point by turn × arm
     normal = np.einsum("kij,kil->jl", arms, arms)
     slope = np.zeros((3, len(parameters)))
     for k, own in zip(some.tolist(), arms, strict=True):
         turn = np.linalg.solve(normal, own.T)
         slope[:, parameters.marker(mounting, k)] = (
-            np.eye(3) / len(points) - _cross((at - middle)[None])[0] @ turn
+            np.eye(3) / len(points) - cross_matrices((at - middle)[None])[0] @ turn
         )
     return slope
 
@@ -213,11 +213,3 @@ def placed(
     own = wider.marker(mounting, markers)
     rest = np.delete(rows, own, axis=2)
     return PlacedPoint(point, rest + rows[..., own] @ carried.slope)
-
-
-def _cross(v: Array) -> Array:
-    """(N, 3, 3) matrices of the cross products with v (N, 3)."""
-    result = np.zeros((len(v), 3, 3))
-    for i, (j, k) in enumerate(((1, 2), (2, 0), (0, 1))):
-        result[:, k, j], result[:, j, k] = v[:, i], -v[:, i]
-    return result

@@ -28,7 +28,12 @@ from elastocal.measuring.positions import Positions
 from elastocal.robot.chain import Robot
 from elastocal.robot.geometry import GeometricErrors, error_axes, turning
 from elastocal.robot.posture import Posture, cross, dot, velocities
-from elastocal.robot.rotations import from_rotation_vectors, rotation_vectors, turned_slope
+from elastocal.robot.rotations import (
+    cross_matrices,
+    from_rotation_vectors,
+    rotation_vectors,
+    turned_slope,
+)
 
 _CHUNK = 1024  # poses evaluated at once: what stays in the cache
 
@@ -308,7 +313,7 @@ def _read(
             columns = turn @ flange.columns(flange.at(point))[..., at].transpose(2, 0, 1)
             own, where = axes, parameters.marker(mounting, target)
             found.rows[r[:, None], :, parameters.base(station)[:, :3]] = np.eye(3)
-            arms = -_skew(told)
+            arms = -cross_matrices(told)
         else:
             told = axes @ state.probe[mounting]
             seen = from_rotation_vectors(positions.value[r])
@@ -319,11 +324,3 @@ def _read(
         found.rows[np.ix_(r, np.arange(3), where)] = own
         found.rows[r[:, None], :, parameters.base(station)[:, 3:]] = arms.transpose(0, 2, 1)
         found.rows[np.ix_(r, np.arange(3), inside)] = columns
-
-
-def _skew(v: Array) -> Array:
-    """(N, 3, 3) matrices of the cross products with v (N, 3)."""
-    result = np.zeros((len(v), 3, 3))
-    for i, (j, k) in enumerate(((1, 2), (2, 0), (0, 1))):
-        result[:, k, j], result[:, j, k] = v[:, i], -v[:, i]
-    return result

@@ -20,7 +20,7 @@ from elastocal.errors import Doubt, InputError
 from elastocal.fitting.chances import chi_square_above, ratio_above
 from elastocal.measuring.best_fit import unseen_turn
 from elastocal.measuring.positions import FootReadings, Positions
-from elastocal.robot.rotations import from_rotation_vectors, rotation_vectors
+from elastocal.robot.rotations import cross_matrices, from_rotation_vectors, rotation_vectors
 
 STILL, DRIFTING, KNOCKED = "still", "drifting", "knocked"
 
@@ -158,7 +158,7 @@ def _registered(
             if b:
                 place = size + 6 * (b - 1)
                 rows[r, :, place : place + 3] = np.eye(3)
-                rows[r, :, place + 3 : place + 6] = _turns(arms[r : r + 1])[0]
+                rows[r, :, place + 3 : place + 6] = -cross_matrices(arms[r : r + 1])[0]
         flat = (white @ rows).reshape(-1, rows.shape[2])
         values = np.einsum("rij,rj->ri", white, error).ravel()
         step = np.linalg.lstsq(flat, values, rcond=None)[0]
@@ -250,7 +250,9 @@ def steadied(positions: Positions, motions: tuple[StationMotion, ...]) -> Positi
         turns = positions.rotations[r]
         arms = value[r] - motion.middle - way[:, :3]
         moved = np.einsum("rij,rj->ri", back, arms) + motion.middle
-        jacobian = np.concatenate([np.tile(np.eye(3), (len(r), 1, 1)), _turns(arms)], axis=2)
+        jacobian = np.concatenate(
+            [np.tile(np.eye(3), (len(r), 1, 1)), -cross_matrices(arms)], axis=2
+        )
         jacobian[turns, :, :3], jacobian[turns, :, 3:] = 0.0, np.eye(3)
         if turns.any():
             moved[turns] = rotation_vectors(back[turns] @ from_rotation_vectors(value[r[turns]]))
@@ -293,8 +295,3 @@ def knock_sentence(positions: Positions, motion: StationMotion) -> str:
         "foot show; expected it to stand still or drift: make it two stations, one before and one "
         "after"
     )
-
-
-def _turns(arms: Array) -> Array:
-    """(N, 3, 3) what a small turn about each axis, a column, does to points (N, 3)."""
-    return np.asarray(np.cross(np.eye(3), arms[:, None]).transpose(0, 2, 1))

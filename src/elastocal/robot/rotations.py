@@ -36,7 +36,7 @@ def from_quaternions(values: Array) -> Array:
     w, v = q[:, 0], q[:, 1:]
     outer = v[:, :, None] * v[:, None, :]
     eye = (w**2 - np.einsum("ni,ni->n", v, v))[:, None, None] * np.eye(3)
-    return np.asarray(eye + 2.0 * (outer + w[:, None, None] * _skew(v)))
+    return np.asarray(eye + 2.0 * (outer + w[:, None, None] * cross_matrices(v)))
 
 
 def rotation_vectors(matrices: Array) -> Array:
@@ -69,7 +69,7 @@ def turned_slope(vectors: Array) -> Array:
     safe = np.where(small, 1.0, angle)
     closed = (1.0 - 0.5 * safe / np.tan(0.5 * safe)) / safe**2
     series = 1.0 / 12.0 + angle**2 / 720.0 + angle**4 / 30240.0
-    cross = _skew(v)
+    cross = cross_matrices(v)
     factor = np.where(small, series, closed)[:, None, None]
     return np.asarray(np.eye(3) - 0.5 * cross + factor * (cross @ cross))
 
@@ -104,7 +104,7 @@ def frame_about(axis: Array) -> Array:
     return np.column_stack([x, np.cross(axis, x), axis])
 
 
-def _skew(v: Array) -> Array:
+def cross_matrices(v: Array) -> Array:
     """(N, 3, 3) matrices of the cross products with v (N, 3)."""
     result = np.zeros((len(v), 3, 3))
     for i, (j, k) in enumerate(((1, 2), (2, 0), (0, 1))):
