@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from elastocal.calibration.calibrate import calibrate
+from elastocal.calibration.calibrate import Calibration, calibrate
 from elastocal.calibration.calibrated_robot import put_away
 from elastocal.calibration.doubts import doubts
 from elastocal.calibration.nested import Ladder, ladder
@@ -23,6 +23,7 @@ from elastocal.files.measurements.positions_file import read_positions
 from elastocal.files.models.calibration_file import read_calibration
 from elastocal.files.models.calibration_writing import calibration_document, write_calibration
 from elastocal.files.study.absolute_file import read_absolute_study
+from elastocal.files.texts import text_hash
 from elastocal.fitting.robust import LOSSES
 from elastocal.measuring.positions import Positions
 from elastocal.study.absolute import AbsoluteStudy, arm_model, growing, unknowns_of
@@ -48,11 +49,8 @@ def calibrate_command(
     replaceable(out, "calibration", force=force)
     study = read_absolute_study(study_file)
     positions = _read(study, measurements, mapping, plan, quiet=as_json)
-    model = arm_model(study)
-    weigher = LOSSES[loss]
-    found = calibrate(model, positions, unknowns_of(study, model, positions), loss=weigher)
-    grown = ladder(growing(study, positions), positions, weigher, found)
-    robot = put_away(found, str(study_file), _hash(study))
+    found, grown = _fitted(study, positions, loss)
+    robot = put_away(found, str(study_file), text_hash(study.text))
     write_calibration(robot, out)
     if as_json:
         odd = doubts(found, grown)
@@ -70,6 +68,13 @@ def calibrate_command(
 
     show_calibration(found, grown)
     print(f"wrote {out}")
+
+
+def _fitted(study: AbsoluteStudy, positions: Positions, loss: str) -> tuple[Calibration, Ladder]:
+    """The calibration of what a study seeks, and the models that grow to it."""
+    model, weigher = arm_model(study), LOSSES[loss]
+    found = calibrate(model, positions, unknowns_of(study, model, positions), loss=weigher)
+    return found, ladder(growing(study, positions), positions, weigher, found)
 
 
 def _models(grown: Ladder) -> list[dict[str, Any]]:
@@ -144,13 +149,6 @@ def _read(
     return found
 
 
-def _hash(study: AbsoluteStudy) -> str:
-    """The hash of the text of a study."""
-    import hashlib
-
-    return hashlib.sha256(study.text.encode()).hexdigest()
-
-
 def report_command(
     model: Path,
     study_file: Path | None,
@@ -179,9 +177,7 @@ def report_command(
     positions = steadied(positions, motions)
     if robot.origin.measurements_sha256 not in ("", positions.sha256):
         raise InputError(f"{model}: was not made from these measurements")
-    arm, weigher = arm_model(study), LOSSES[robot.loss]
-    found = calibrate(arm, positions, unknowns_of(study, arm, positions), loss=weigher)
-    grown = ladder(growing(study, positions), positions, weigher, found)
+    found, grown = _fitted(study, positions, robot.loss)
     checked = None
     if validation:
         checked = check(robot, _read(study, validation, mapping, None, quiet=True))
