@@ -110,6 +110,19 @@ class Parameters:
             return found
         return np.append(found, first + many + 4 * self.hung.index(payload) + np.arange(4))
 
+    def shown(self, u: int) -> tuple[float, str]:
+        """Factor from SI, and unit, in which an unknown is shown."""
+        kind, block = self.kinds[u], self.block[u]
+        if block == TOOL:
+            return 1e3, "mm"
+        if block == PAYLOAD:
+            return 1.0, "kg" if self.names[u].startswith("mass") else "kg·m"
+        if block == COMPENSATOR:
+            return 1.0, "rad/m²"
+        if block == COMPLIANCE:
+            return 1e6, f"µ{kind.compliance}"
+        return 1e3, "mrad" if kind.unit == "rad" else "mm"
+
     def of(self, *blocks: str) -> IntArray:
         """Numbers of the unknowns of some blocks."""
         return np.flatnonzero([block in blocks for block in self.block])

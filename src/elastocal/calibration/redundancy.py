@@ -7,6 +7,7 @@ is said to be open, and no number that rests on it is shown as if it had been me
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,7 @@ from elastocal.calibration.parameters import TOOL, Parameters
 
 _NOTHING = 1e-5  # singular value, of columns of unit length, at which nothing is told
 _RESTS = 0.25  # share of a variance from what was known before, up to which readings speak
+_NAMED = 0.05  # part of a combination that is named
 _TOLD = 0.1  # standard error over that before, up to which they do whatever the share is
 
 
@@ -75,6 +77,15 @@ def redundancy_of(parameters: Parameters, rows: Array) -> Redundancy:
     seen, whole_open = np.zeros(len(free), dtype=bool), np.zeros((len(open_), len(free)))
     seen[free], whole_open[:, free] = (rests <= _RESTS) | shrunk, open_
     return Redundancy(told, well, whole_open, seen)
+
+
+def together(open_: Array, names: Sequence[str]) -> list[list[str]]:
+    """Names of the unknowns in each combination (r, U), the largest part first; small ones not."""
+    said = []
+    for row in np.abs(open_):
+        involved = np.flatnonzero(row > _NAMED)
+        said.append([names[i] for i in involved[np.argsort(-row[involved])]])
+    return said
 
 
 def _sparse(basis: Array, blocks: Array) -> Array:

@@ -12,7 +12,8 @@ from elastocal.calibration.arm_model import ArmModel
 from elastocal.calibration.calibrate import Calibration, values_of
 from elastocal.calibration.doubts import doubts
 from elastocal.calibration.nested import Ladder
-from elastocal.calibration.parameters import BASE, COMPENSATOR, PAYLOAD, PROBE, TOOL
+from elastocal.calibration.parameters import BASE, PAYLOAD, PROBE, TOOL
+from elastocal.calibration.redundancy import together
 from elastocal.calibration.validate import Check, rms_of
 from elastocal.study.absolute import AbsoluteStudy
 from elastocal.terminal.console import micrometres, out, whole
@@ -21,7 +22,6 @@ from elastocal.wording.calibration import combination
 from elastocal.wording.lists import counted
 from elastocal.wording.numbers import length, number
 
-_NAMED = 0.05  # part of a combination that is named
 _BAR = 24  # characters of a drawn error
 
 
@@ -75,7 +75,7 @@ def _show_unknowns(found: Calibration) -> None:
         table.add_column(column, justify="left" if left else "right", no_wrap=True)
     shown = [u for u in range(len(p)) if p.block[u] not in (BASE, PROBE) and not p.held[u]]
     for u in shown:
-        factor, unit = _unit(found, u)
+        factor, unit = p.shown(u)
         value = factor * values[u]
         if not found.redundancy.seen[u]:
             table.add_row(Text(p.names[u]), f"{value:.4f}", "", "not told by itself", unit)
@@ -89,21 +89,6 @@ def _show_unknowns(found: Calibration) -> None:
             unit,
         )
     whole(table)
-
-
-def _unit(found: Calibration, u: int) -> tuple[float, str]:
-    """Factor from SI, and unit, of an unknown."""
-    p = found.parameters
-    kind, block = p.kinds[u], p.block[u]
-    if block == TOOL:
-        return 1e3, "mm"
-    if block == PAYLOAD:
-        return 1.0, "kg" if p.names[u].startswith("mass") else "kg·m"
-    if block == COMPENSATOR:
-        return 1.0, "rad/m²"
-    if block == "compliance":
-        return 1e6, f"µ{kind.compliance}"
-    return (1e3, "mrad") if kind.unit == "rad" else (1e3, "mm")
 
 
 def _show_redundancy(found: Calibration) -> None:
@@ -134,11 +119,7 @@ def _ending(open_: Array, names: tuple[str, ...]) -> str:
     """': A and B do the same; …', or a full stop."""
     if not len(open_):
         return "."
-    said = []
-    for row in open_:
-        involved = np.flatnonzero(np.abs(row) > _NAMED)
-        said.append(combination([names[i] for i in involved[np.argsort(-np.abs(row[involved]))]]))
-    return ": " + "; ".join(said) + "."
+    return f": {'; '.join(map(combination, together(open_, names)))}."
 
 
 def show_check(found: Check) -> None:

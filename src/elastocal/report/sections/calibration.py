@@ -16,6 +16,7 @@ from elastocal.calibration.calibrate import Calibration, values_of
 from elastocal.calibration.doubts import doubts
 from elastocal.calibration.nested import Ladder
 from elastocal.calibration.parameters import BASE, COMPENSATOR, COMPLIANCE, PAYLOAD, PROBE, TOOL
+from elastocal.calibration.redundancy import together
 from elastocal.calibration.stations import StationMotion
 from elastocal.calibration.validate import Check
 from elastocal.report.charts.calibrated import Bars, Found, bar_chart, error_map, interval_chart
@@ -27,7 +28,6 @@ from elastocal.wording.calibration import combination
 from elastocal.wording.lists import counted
 from elastocal.wording.numbers import length, number
 
-_NAMED = 0.05  # part of a combination that is named
 _LONG = 0.12  # an error of usual size is drawn so long [m]
 
 
@@ -160,10 +160,10 @@ def _unknowns(found: Calibration) -> PageSection:
     for u, block in enumerate(p.block):
         if block in (BASE, PROBE, TOOL) or p.held[u]:
             continue
-        title, unit, factor = _shown(found, u)
+        factor, unit = p.shown(u)
         half = found.width * factor * float(error[u])
         one = Found(p.names[u], factor * float(values[u]), half, bool(found.redundancy.seen[u]))
-        groups.setdefault((title, unit), []).append(one)
+        groups.setdefault((_title(block, unit), unit), []).append(one)
     pictures = [
         (title, two_widths(partial(_intervals, of, unit))) for (title, unit), of in groups.items()
     ]
@@ -201,29 +201,18 @@ def _reflectors(found: Calibration, mounting: str) -> list[str]:
     return [f"{name} of {mounting}" if several else name for name in names]
 
 
-def _shown(found: Calibration, u: int) -> tuple[str, str, float]:
-    """Title, unit and factor from SI of an unknown."""
-    p = found.parameters
-    kind, block = p.kinds[u], p.block[u]
-    if block == COMPLIANCE:
-        return "Compliances", f"µ{kind.compliance}", 1e6
-    if block == COMPENSATOR:
-        return "Compensators", "rad/m²", 1.0
+def _title(block: str, unit: str) -> str:
+    """Of the unknowns of a block that have this unit."""
     if block == PAYLOAD:
-        mass = p.names[u].startswith("mass")
-        return ("Payload, mass", "kg", 1.0) if mass else ("Payload, moment", "kg·m", 1.0)
-    if kind.unit == "rad":
-        return "Zeros and angles", "mrad", 1e3
-    return "Lengths", "mm", 1e3
+        return "Payload, mass" if unit == "kg" else "Payload, moment"
+    named = {COMPLIANCE: "Compliances", COMPENSATOR: "Compensators"}
+    return named.get(block, "Zeros and angles" if unit == "mrad" else "Lengths")
 
 
 def _apart(contents: CalibrationContents) -> PageSection:
     """What cannot be told apart, how readings scatter, how stations moved."""
     found = contents.found
-    names, said = found.parameters.names, []
-    for row in found.redundancy.open:
-        involved = np.flatnonzero(np.abs(row) > _NAMED)
-        said.append(combination([names[i] for i in involved[np.argsort(-np.abs(row[involved]))]]))
+    same = together(found.redundancy.open, found.parameters.names)
     noise = [
         (name or "the station", length(float(own)), length(float(shared)))
         for name, own, shared in zip(
@@ -240,7 +229,7 @@ def _apart(contents: CalibrationContents) -> PageSection:
         for one in contents.motions
     ]
     values = {
-        "combinations": said,
+        "combinations": [*map(combination, same)],
         "well": found.redundancy.well,
         "noise": noise,
         "moved": moved,
