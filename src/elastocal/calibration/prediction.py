@@ -228,9 +228,7 @@ class _Flange:
                 [body.mass * posture.point(body.center, body.body) for body in masses]
             )
             bears = moves[[body.body for body in masses]].T.astype(float)
-            if (
-                arm.payload is not None
-            ):  # it hangs on the flange, behind the last of the geometric errors
+            if arm.payload is not None:  # it hangs behind the last of the geometric errors
                 bears[:, -1] = self.tip
             held = np.einsum("tl,lcN->ctN", bears, moment)
             total = (bears @ mass)[:, None]

@@ -57,7 +57,7 @@ def read_measurements(
 ) -> Measurements:
     """The measurements in a file, or in several.
 
-    OpenFiles with the same columns are read one below the other; files with different columns, such
+    Files with the same columns are read one below the other; files with different columns, such
     as joints, forces and deflections, side by side, row by row.
 
     Args:
