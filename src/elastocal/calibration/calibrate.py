@@ -229,14 +229,11 @@ def left_out_errors(
     p = noise.positions
     white = noise.over(error[..., None])[..., 0]
     change = np.zeros((len(p.cases), rows.shape[2]))
-    place, size = np.argsort(p.case, kind="stable"), np.bincount(p.case, minlength=len(p.cases))
-    first = np.append(0, np.cumsum(size))
-    for k in np.unique(size[size > 0]).tolist():
-        poses = np.flatnonzero(size == k)
-        r = place[first[poses][:, None] + np.arange(k)]
-        own = rows[r].reshape(len(r), 3 * k, -1)
+    for poses, r in p.by_size():
+        n, k = r.shape
+        own = rows[r].reshape(n, 3 * k, -1)
         gain = own @ covariance
         rest = np.eye(3 * k) - gain @ own.transpose(0, 2, 1)
-        alone = np.linalg.solve(rest + 1e-12 * np.eye(3 * k), white[r].reshape(len(r), 3 * k, 1))
+        alone = np.linalg.solve(rest + 1e-12 * np.eye(3 * k), white[r].reshape(n, 3 * k, 1))
         change[poses] = np.einsum("nki,nk->ni", gain, alone[..., 0])
     return np.asarray(error + np.einsum("rci,ri->rc", plain, change[p.case]))

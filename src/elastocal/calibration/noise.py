@@ -39,15 +39,12 @@ class Noise:
 
     def over(self, rows: Array) -> Array:
         """(R, 3, m) rows of the readings in units of their noise, and independent."""
-        p = self.positions
-        result, place = np.empty_like(rows), np.argsort(p.case, kind="stable")
-        size = np.bincount(p.case, minlength=len(p.cases))
-        first = np.append(0, np.cumsum(size))
-        for k in np.unique(size[size > 0]).tolist():
-            r = place[first[:-1][size == k][:, None] + np.arange(k)]  # (n, k) readings of poses
+        result = np.empty_like(rows)
+        for _, r in self.positions.by_size():
+            n, k = r.shape
             root = np.linalg.cholesky(self._covariance(r))
-            part = rows[r].reshape(len(r), 3 * k, -1)
-            result[r] = np.linalg.solve(root, part).reshape(len(r), k, 3, -1)
+            part = rows[r].reshape(n, 3 * k, -1)
+            result[r] = np.linalg.solve(root, part).reshape(n, k, 3, -1)
         return result * np.sqrt(self.weight)[:, None, None]
 
     def _covariance(self, r: IntArray) -> Array:

@@ -6,6 +6,7 @@ where the tracker stands is not known before.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -152,6 +153,15 @@ class Positions:
     def rotations(self) -> BoolArray:
         """(R,) which readings are rotations."""
         return np.asarray(self.marker == len(self.tool.markers))
+
+    def by_size(self) -> Iterator[tuple[IntArray, IntArray]]:
+        """Poses (n,) of which equally many readings, k, were made, and these readings (n, k)."""
+        order = np.argsort(self.case, kind="stable")
+        size = np.bincount(self.case, minlength=len(self.cases))
+        first = np.cumsum(size) - size
+        for k in np.unique(size[size > 0]).tolist():
+            poses = np.flatnonzero(size == k)
+            yield poses, order[first[poses][:, None] + np.arange(k)]
 
 
 def chosen_poses(positions: Positions, keep: BoolArray) -> Positions:
