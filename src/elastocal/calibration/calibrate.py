@@ -11,7 +11,7 @@ from elastocal.calibration.arm_model import ArmModel, State
 from elastocal.calibration.beginning import begin
 from elastocal.calibration.fit import Solved, solved
 from elastocal.calibration.noise import Noise, found_noise, instrument_alone
-from elastocal.calibration.parameters import Parameters
+from elastocal.calibration.parameters import Parameters, normal_matrix
 from elastocal.calibration.prediction import predicted
 from elastocal.calibration.redundancy import Redundancy, redundancy_of
 from elastocal.fitting.goodness import quantile
@@ -99,14 +99,14 @@ def calibrate(
     # the arm far along what they cannot tell.
     error = predicted(model, positions, parameters, state).error
     noise, fit = found_noise(instrument_alone(positions), error, 0.0), None
+    usual = usual_share(loss)
     for _ in range(_ROUNDS):
         fit = solved(model, positions, parameters, state, noise)
         before, state = noise, fit.state
         rows = noise.over(fit.found.rows)
-        told = told_by(parameters, rows)
-        spread = fit.found.rows @ _root(parameters, rows)
-        bounded = noise.weight[:, None] * fit.found.error / np.sqrt(usual_share(loss))
-        noise = found_noise(noise, bounded, told, spread)
+        root = _root(parameters, rows)
+        bounded = noise.weight[:, None] * fit.found.error / np.sqrt(usual)
+        noise = found_noise(noise, bounded, _told(rows, root), fit.found.rows @ root)
         if loss.tamer is not None:
             size = np.linalg.norm(in_full(noise).over(fit.found.error[..., None])[..., 0], axis=1)
             noise = replace(noise, weight=loss.weight(size))
@@ -151,16 +151,11 @@ def _judged(
 ) -> Calibration:
     """The calibration with its covariance, its redundancy, and what leaving poses out does."""
     rows = noise.over(fit.found.rows)
-    rows[..., parameters.held] = 0.0
-    flat = rows.reshape(-1, len(parameters))
-    information = flat.T @ flat + parameters.rows.T @ parameters.rows
-    information[parameters.held, parameters.held] = 1.0
-    scale = 1.0 / np.sqrt(np.diagonal(information))
-    covariance = np.linalg.inv(information * np.outer(scale, scale)) * np.outer(scale, scale)
-    covariance[parameters.held, parameters.held] = 0.0
-    redundancy = redundancy_of(parameters, flat)
+    redundancy = redundancy_of(parameters, rows.reshape(-1, len(parameters)))
+    root = _root(parameters, rows)
+    covariance = root @ root.T
     poses = len(positions.cases) if (noise.shared > 0.0).any() else len(positions)
-    dof = 3.0 * poses - told_by(parameters, rows)
+    dof = 3.0 * poses - _told(rows, root)
     left = left_out_errors(noise, fit.found.error, fit.found.rows, rows, covariance)
     return Calibration(
         model,
@@ -186,25 +181,20 @@ def usual_share(loss: Loss) -> float:
     return float(((loss.weight(size) * size) ** 2 * density).sum() / (3.0 * density.sum()))
 
 
-def told_by(parameters: Parameters, rows: Array) -> float:
+def _told(rows: Array, root: Array) -> float:
     """How many numbers rows over the noise, (R, 3, U), tell of the unknowns beside what was known.
 
     Source: textbook; the trace of the matrix that takes readings to fitted values.
     """
-    free = ~parameters.held
-    flat = rows[..., free].reshape(-1, int(free.sum()))
-    data = flat.T @ flat
-    whole = data + (parameters.rows.T @ parameters.rows)[np.ix_(free, free)]
-    scale = 1.0 / np.sqrt(np.diagonal(whole))
-    both = np.outer(scale, scale)
-    return float(np.trace(np.linalg.solve(whole * both, data * both)))
+    return float(((rows @ root) ** 2).sum())
 
 
 def _root(parameters: Parameters, rows: Array) -> Array:
-    """(U, U) a root of the covariance of the unknowns, by rows over the noise (R, 3, U)."""
-    flat = rows.reshape(-1, len(parameters)) * ~parameters.held
-    information = flat.T @ flat + parameters.rows.T @ parameters.rows
-    information[parameters.held, parameters.held] = 1.0
+    """(U, U) a root of the covariance of the unknowns, by rows over the noise (R, 3, U).
+
+    What is held has none.
+    """
+    information = normal_matrix(parameters, rows.reshape(-1, len(parameters)))
     scale = 1.0 / np.sqrt(np.diagonal(information))
     lower = np.linalg.cholesky(information * np.outer(scale, scale))
     root = np.linalg.inv(lower).T * scale[:, None]

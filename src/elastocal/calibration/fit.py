@@ -8,7 +8,7 @@ import numpy as np
 
 from elastocal.calibration.arm_model import ArmModel, State, stepped
 from elastocal.calibration.noise import Noise
-from elastocal.calibration.parameters import Parameters, from_prior, step_of
+from elastocal.calibration.parameters import Parameters, from_prior, normal_matrix, step_of
 from elastocal.calibration.prediction import Predicted, predicted
 from elastocal.errors import InputError
 from elastocal.measuring.positions import Positions
@@ -52,11 +52,10 @@ def solved(
     size = _size(model, parameters, state, found, noise)
     for step in range(1, _MOST_STEPS + 1):
         rows = noise.over(found.rows).reshape(-1, len(parameters))
-        rows[:, parameters.held] = 0.0
         errors = noise.over(found.error[..., None]).reshape(-1)
-        normal = rows.T @ rows + parameters.rows.T @ parameters.rows
+        normal = normal_matrix(parameters, rows)
         gradient = rows.T @ errors - parameters.rows.T @ from_prior(parameters, model, state)
-        normal[parameters.held, parameters.held] = 1.0  # these do not move
+        gradient[parameters.held] = 0.0  # these do not move
         scale = np.sqrt(np.diagonal(normal))
         normal = normal / np.outer(scale, scale)
         while True:

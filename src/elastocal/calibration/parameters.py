@@ -253,6 +253,17 @@ def from_prior(parameters: Parameters, model: ArmModel, state: State) -> Array:
     return np.asarray(parameters.rows @ values)
 
 
+def normal_matrix(parameters: Parameters, rows: Array) -> Array:
+    """(U, U) information of rows over the noise (3R, U) and of what was known before.
+
+    What is held has 1 for itself and shares nothing, so that the matrix has an inverse.
+    """
+    normal = rows.T @ rows + parameters.rows.T @ parameters.rows
+    normal[parameters.held] = normal[:, parameters.held] = 0.0
+    normal[parameters.held, parameters.held] = 1.0
+    return np.asarray(normal)
+
+
 def step_of(parameters: Parameters, state: State, values: Array) -> State:
     """The small step of a state that unknowns `values`, (U,), make."""
     s, a = parameters.stations, parameters.arm
