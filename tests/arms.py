@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
 
 from elastocal.arrays import Array
-from elastocal.elastic.springs import VirtualJoints
+from elastocal.elastic.springs import VirtualJoints, joint_springs, merged
 from elastocal.robot.chain import Joint, Robot, Tool, transform
+from elastocal.robot.shapes import BodyMass
 
 
 def random_rotation(rng: np.random.Generator) -> Array:
@@ -37,6 +39,26 @@ def random_tool(rng: np.random.Generator, markers: int) -> Tool:
     """A load point and markers within a metre of the flange."""
     names = tuple(f"M{i + 1}" for i in range(markers))
     return Tool("random", rng.uniform(-1, 1, 3), rng.uniform(-1, 1, (markers, 3)), names)
+
+
+def with_masses(rng: np.random.Generator, robot: Robot) -> Robot:
+    """The same arm with a mass on every link."""
+    n = len(robot.joints)
+    masses = (BodyMass(b, rng.uniform(0.1, 1.0), rng.normal(size=3)) for b in range(1, n + 1))
+    return replace(robot, masses=tuple(masses))
+
+
+def random_springs(rng: np.random.Generator, robot: Robot) -> VirtualJoints:
+    """Springs in all joints, and two elsewhere."""
+    axis = rng.normal(size=(2, 3))
+    extra = VirtualJoints(
+        names=("a", "b"),
+        body=np.sort(rng.integers(0, len(robot.joints) + 1, 2)),
+        axis=axis / np.linalg.norm(axis, axis=1, keepdims=True),
+        origin=rng.normal(size=(2, 3)),
+        prismatic=rng.integers(0, 2, 2).astype(bool),
+    )
+    return merged(extra, joint_springs(robot))
 
 
 class Oracle:

@@ -9,31 +9,20 @@ import numpy as np
 from elastocal.arrays import Array
 from elastocal.calibration.arm_model import ArmModel, State
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.elastic.springs import VirtualJoints, joint_springs, merged
 from elastocal.elastic.unknowns import Unknowns
 from elastocal.measuring.positions import Positions
 from elastocal.robot.compensators import Compensator
 from elastocal.robot.geometry import geometric_errors
 from elastocal.robot.payloads import Payload
 from elastocal.robot.rotations import from_rotation_vectors
-from elastocal.robot.shapes import BodyMass
-from tests.arms import random_chain, random_tool
+from tests.arms import random_chain, random_springs, random_tool, with_masses
 
 
 def random_model(rng: np.random.Generator, slides: list[bool]) -> ArmModel:
     """A heavy arm with springs in all joints and two elsewhere, of which two are one unknown."""
     n = len(slides)
-    masses = tuple(BodyMass(b, rng.uniform(0.1, 1.0), rng.normal(size=3)) for b in range(1, n + 1))
-    robot = replace(random_chain(rng, slides), masses=masses)
-    axis = rng.normal(size=(2, 3))
-    extra = VirtualJoints(
-        names=("a", "b"),
-        body=np.sort(rng.integers(0, n + 1, 2)),
-        axis=axis / np.linalg.norm(axis, axis=1, keepdims=True),
-        origin=rng.normal(size=(2, 3)),
-        prismatic=rng.integers(0, 2, 2).astype(bool),
-    )
-    springs = merged(extra, joint_springs(robot))
+    robot = with_masses(rng, random_chain(rng, slides))
+    springs = random_springs(rng, robot)
     make = np.eye(n + 2)
     a, b = (springs.names.index(name) for name in "ab")
     make[b, a] = 1.0

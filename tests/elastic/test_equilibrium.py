@@ -16,12 +16,11 @@ from elastocal.elastic.deflections import deflection_and_gradient, loaded_deflec
 from elastocal.elastic.equilibrium import equilibrium, linearise
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.regressor import deflection
-from elastocal.elastic.springs import VirtualJoints, joint_springs, merged
+from elastocal.elastic.springs import VirtualJoints, joint_springs
 from elastocal.errors import EquilibriumError
 from elastocal.robot.chain import Joint, Robot, T_body_joint, Tool, transform
 from elastocal.robot.posture import Posture
-from elastocal.robot.shapes import BodyMass
-from tests.arms import chain_with_springs, random_chain, random_tool
+from tests.arms import chain_with_springs, random_chain, random_springs, random_tool, with_masses
 
 chains = st.tuples(st.integers(0, 2**32 - 1), st.lists(st.booleans(), min_size=1, max_size=6))
 reproducible = settings(max_examples=30)
@@ -31,21 +30,9 @@ GENTLE = 0.02  # compliance times load: displacements of some hundredths of a ra
 def random_arm(rng: np.random.Generator, slides: list[bool], *, heavy: bool = True) -> ElasticArm:
     """Springs in all joints and two elsewhere, weights, two markers."""
     robot = random_chain(rng, slides)
-    n = len(slides)
     if heavy:
-        masses = tuple(
-            BodyMass(b, rng.uniform(0.1, 1.0), rng.normal(size=3)) for b in range(1, n + 1)
-        )
-        robot = replace(robot, masses=masses)
-    axis = rng.normal(size=(2, 3))
-    extra = VirtualJoints(
-        names=("a", "b"),
-        body=np.sort(rng.integers(0, n + 1, 2)),
-        axis=axis / np.linalg.norm(axis, axis=1, keepdims=True),
-        origin=rng.normal(size=(2, 3)),
-        prismatic=rng.integers(0, 2, 2).astype(bool),
-    )
-    springs = merged(extra, joint_springs(robot))
+        robot = with_masses(rng, robot)
+    springs = random_springs(rng, robot)
     gravity = rng.normal(size=3) if heavy else np.zeros(3)
     return ElasticArm(robot, springs, random_tool(rng, 2), gravity)
 
