@@ -69,8 +69,13 @@ class Aim:
 
     def total(self, cases: LoadCases, repeats: IntArray) -> Array:
         """(p, p) information of load cases, each measured `repeats` times, and what is known."""
-        before = self.base if self.told is None else self.told.told_before(cases, repeats)
-        return np.asarray(before + self.informations(cases, repeats).sum(axis=0))
+        return np.asarray(
+            self.before(cases, repeats) + self.informations(cases, repeats).sum(axis=0)
+        )
+
+    def before(self, cases: LoadCases, repeats: IntArray) -> Array:
+        """(p, p) what is known before load cases, each measured `repeats` times."""
+        return self.base if self.told is None else self.told.told_before(cases, repeats)
 
     def informations(self, cases: LoadCases, repeats: IntArray) -> Array:
         """(S, p, p) what each of them adds to it."""

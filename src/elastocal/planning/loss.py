@@ -44,7 +44,7 @@ def loss_of(study: Study, cases: LoadCases, repeats: IntArray) -> AfterLoss:
     """
     aim = accuracy(study)
     each = aim.informations(cases, repeats)
-    total = aim.total(cases, repeats)
+    total = aim.before(cases, repeats) + each.sum(axis=0)
     group = near_configurations(study.robot, cases.q)
     worst = AfterLoss(1, 0.0)
     for g in range(int(group.max(initial=-1)) + 1):
