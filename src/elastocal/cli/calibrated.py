@@ -200,7 +200,7 @@ def _dh(calibrated: CalibratedRobot, about: list[str], *, modified: bool) -> _Ma
     refuse_unlike(table, calibrated.robot)
     text = dh_text(table, dh_table(drawn, modified=modified), about)
     told = [f"Note: {line}." for line in far_words(table)]
-    if np.abs(table.T_base_first - np.eye(4)).max() > 1e-12 or _turned(table.T_last_flange):
+    if _turned(table.T_base_first) or _turned(table.T_last_flange):
         told.append("Base and flange stand beside the rows: see its head.")
     return _Made(text, tuple(told))
 

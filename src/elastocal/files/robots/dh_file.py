@@ -40,12 +40,11 @@ def dh_text(table: DHTable, drawn: DHTable, about: Sequence[str]) -> str:
     lines = [f"# {line}\n" for line in [*head, signature(KIND)]]
     columns = ["theta [deg]", "d [mm]", "a [mm]", "alpha [deg]"]
     columns += [] if table.plain else ["beta [deg]"]
+    shown = len(columns)
     lines.append(table_row(["joint", "type", "sign", *columns, *(f"drawn {c}" for c in columns)]))
     for i, row in enumerate(table.rows):
         kind = "prismatic" if row.prismatic else "revolute"
-        numbers = [*_numbers(table, i), *_numbers(drawn, i)]
-        if table.plain:
-            numbers = [*_numbers(table, i)[:4], *_numbers(drawn, i)[:4]]
+        numbers = [*_numbers(table, i)[:shown], *_numbers(drawn, i)[:shown]]
         lines.append(table_row([row.name, kind, int(row.sign), *map(_shown, numbers)]))
     return "".join(lines)
 
