@@ -17,12 +17,13 @@ from elastocal.measuring.misreadings import (
     bumped,
     elsewhere,
     exchanged,
+    left_of,
     signs,
     single,
     units,
     zeros,
 )
-from elastocal.measuring.placement import Placement, Unloaded, left_over, settled
+from elastocal.measuring.placement import Placement, Unloaded, settled
 from elastocal.measuring.positions import Positions
 from elastocal.robot.chain import Robot
 from elastocal.robot.controller_axes import Coupling
@@ -147,7 +148,7 @@ def beside_arm(found: Positions, robot: Robot, table: Coupling) -> tuple[float, 
         for k, name in ((int(k), found.tool.marker_names[int(k) % kinds]) for k in used)
     ]
     drawn = settled(few, markers=True)
-    rms = float(left_over(drawn, drawn.drawn[None])[0])
+    rms = left_of(drawn)
     whole = replace(readings, markers=drawn.markers)
     tried = list(bumped(whole, found.names))
     if rms > FITS:
@@ -160,7 +161,7 @@ def beside_arm(found: Positions, robot: Robot, table: Coupling) -> tuple[float, 
         again = [t for t in once if t.size[1] <= 1 or t.kind == "exchanged"]
         for one in [*again, *several_signs[:_TRIED]]:
             other = settled(one.readings, markers=True)
-            left = float(left_over(other, other.drawn[None])[0])
+            left = left_of(other)
             tried.append(replace(one, readings=other, rms=left))
     best = _best(tried, rms, _SOFT)  # the arm bends under its own weight, which is not drawn
     numbers = {"rms": rms}

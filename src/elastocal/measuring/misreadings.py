@@ -63,14 +63,14 @@ KINDS = (
 def units(few: Unloaded) -> Iterator[Misreading]:
     """Readings in another unit, or mirrored; joint values in the other unit of angles."""
     mirrored = replace(few, position=-few.position)  # all mirror images are turned ones of it
-    yield Misreading("mirrored", (), mirrored, _left_of(mirrored), {})
+    yield Misreading("mirrored", (), mirrored, left_of(mirrored), {})
     for scale in _SCALES:
         other = replace(few, position=scale * few.position)
-        yield Misreading("scale", (), other, _left_of(other), {"scale": scale})
+        yield Misreading("scale", (), other, left_of(other), {"scale": scale})
     turning = ~few.robot.prismatic
     for factor in (180.0 / np.pi, np.pi / 180.0):
         other = replace(few, q=np.where(turning, factor * few.q, few.q))
-        yield Misreading("joint-unit", (), other, _left_of(other), {"factor": factor})
+        yield Misreading("joint-unit", (), other, left_of(other), {"factor": factor})
 
 
 def signs(few: Unloaded, table: Coupling) -> list[Misreading]:
@@ -113,7 +113,7 @@ def exchanged(few: Unloaded, markers: Sequence[str]) -> Iterator[Misreading]:
         about = tuple(markers[i] for i in range(count) if order[i] != i)
         if about:
             other = replace(few, marker=np.array(order)[few.marker])
-            yield Misreading("exchanged", about, other, _left_of(other), {})
+            yield Misreading("exchanged", about, other, left_of(other), {})
 
 
 def zeros(few: Unloaded, *, markers: bool = False) -> Iterator[Misreading]:
@@ -122,7 +122,7 @@ def zeros(few: Unloaded, *, markers: bool = False) -> Iterator[Misreading]:
         other = settled(few, markers=markers, joint=j)
         by = float(other.q[0, j] - few.q[0, j])
         numbers = {"by": by, "sliding": float(joint.prismatic)}
-        yield Misreading("zero", (joint.name,), other, _left_of(other), numbers)
+        yield Misreading("zero", (joint.name,), other, left_of(other), numbers)
 
 
 def elsewhere(few: Unloaded, markers: Sequence[str], least: float) -> Iterator[Misreading]:
@@ -133,7 +133,7 @@ def elsewhere(few: Unloaded, markers: Sequence[str], least: float) -> Iterator[M
     apart = np.linalg.norm(other.markers - few.markers, axis=1)
     moved = tuple(m for m, by in zip(markers, apart.tolist(), strict=True) if by > least)
     if moved:
-        yield Misreading("markers", moved, other, _left_of(other), {"by": float(apart.max())})
+        yield Misreading("markers", moved, other, left_of(other), {"by": float(apart.max())})
 
 
 def single(
@@ -153,7 +153,7 @@ def single(
     if out:
         part = settled(part, markers=True) if markers else part
         named = tuple(names[i] for i in sorted(out))
-        yield Misreading("experiments", named, part, _left_of(part), {})
+        yield Misreading("experiments", named, part, left_of(part), {})
 
 
 def bumped(unloaded: Unloaded, names: Sequence[str]) -> Iterator[Misreading]:
@@ -217,6 +217,6 @@ def _left(sums: Array) -> Array:
     return np.asarray(square - 2.0 * values.sum(axis=1))
 
 
-def _left_of(readings: Unloaded) -> float:
+def left_of(readings: Unloaded) -> float:
     """Root mean square distance after the best fits [m]."""
     return float(left_over(readings, readings.drawn[None])[0])

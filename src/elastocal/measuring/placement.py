@@ -142,13 +142,12 @@ def placeable(unloaded: Unloaded) -> bool:
     )
 
 
-def left_over(unloaded: Unloaded, nominal: Array, position: Array | None = None) -> Array:
+def left_over(unloaded: Unloaded, nominal: Array) -> Array:
     """(V,) root mean square distances [m] after the best fits to nominal points (V, R, 3)."""
-    position = unloaded.position if position is None else position
     total = np.zeros(len(nominal))
     for number in np.unique(unloaded.station):
         mine = unloaded.station == number
-        rms = best_fits(position[mine], nominal[:, mine])[2]
+        rms = best_fits(unloaded.position[mine], nominal[:, mine])[2]
         total += rms**2 * np.count_nonzero(mine)
     return np.sqrt(total / len(unloaded))
 

@@ -99,7 +99,7 @@ def dh_table(robot: Robot, *, modified: bool, like: Robot | None = None) -> DHTa
         )
     towards = None if like is None else [screw.x for screw in _screws(like, None)]
     axes, screws = _axes(robot), _screws(robot, towards)
-    first, last = _first(robot, axes[0], modified), _last(robot, axes[-1], modified)
+    first, last = _first(axes[0], modified), _last(robot, axes[-1], modified)
     whole = [first[1], *screws, last[0]]
     rows, beta, far = [], [], []
     for i, joint in enumerate(robot.joints):
@@ -224,7 +224,7 @@ def _between(
     return _Screw(point, end, x, frame[:, 0], float(x @ across), alpha, beta, far)
 
 
-def _first(robot: Robot, axis: tuple[Array, Array, float], modified: bool) -> tuple[Array, _Screw]:
+def _first(axis: tuple[Array, Array, float], modified: bool) -> tuple[Array, _Screw]:
     """What stands before the first row, and the X with which a modified table begins."""
     point, z, _ = axis
     x = np.eye(3)[0]
