@@ -14,7 +14,7 @@ from elastocal.calibration.doubts import doubts
 from elastocal.calibration.nested import Ladder
 from elastocal.calibration.parameters import BASE, PAYLOAD, PROBE, TOOL
 from elastocal.calibration.redundancy import together
-from elastocal.calibration.validate import Check, rms_of
+from elastocal.calibration.validate import Check
 from elastocal.study.absolute import AbsoluteStudy
 from elastocal.terminal.console import micrometres, out, whole
 from elastocal.wording import ended, worded
@@ -125,17 +125,16 @@ def _ending(open_: Array, names: tuple[str, ...]) -> str:
 def show_check(found: Check) -> None:
     """A calibrated robot on other readings."""
     p = found.positions
-    error = found.error[found.points]
     how = (
         f"base and tool from {counted(len(found.set_up), 'pose')} of them"
         if found.set_up
         else "with the base and the tool of the calibration"
     )
+    read = f"{counted(int(found.points.sum()), 'position')} of {counted(len(p.cases), 'pose')}"
     out.print(
         Text(
-            f"{counted(len(error), 'position')} of {counted(len(p.cases), 'pose')} not used, {how}:"
-            f" {1e3 * rms_of(error):.4f} mm (RMS) from the model, {1e3 * found.expected:.4f} mm "
-            f"expected; at most {micrometres(found.largest)}."
+            f"{read} not used, {how}: {1e3 * found.rms:.4f} mm (RMS) from the model, "
+            f"{1e3 * found.expected:.4f} mm expected; at most {micrometres(found.largest)}."
         )
     )
 

@@ -195,8 +195,8 @@ def _positions(table: Table, study: AbsoluteStudy, files: OpenFiles) -> tuple[Po
             "joint values are taken as those of the model, not of its controller; a mapping with "
             "'joints: controller' says otherwise"
         )
-    payload = carried(arm, study.payloads, study.payload)
-    payload = payload[first_rows(grouping.codes, len(grouping.names))]
+    first = first_rows(grouping.codes, len(grouping.names))  # of each pose; `told_apart` by both
+    payload = carried(arm, study.payloads, study.payload)[first]
     if files.planned is not None and "payload" not in arm.words:
         cases, payload = hung_as_planned(cases, payload, study)
     mounting, mountings = numbered(arm, "mounting", "series")
@@ -204,7 +204,6 @@ def _positions(table: Table, study: AbsoluteStudy, files: OpenFiles) -> tuple[Po
     station = stations[~still][row]
     case, turn = grouping.codes[row], len(study.tool.markers)
     once, more = _once(arm, case, target, station, value, row, turn)
-    first = first_rows(grouping.codes, len(grouping.names))  # of each pose; `told_apart` by both
     of_arm = np.flatnonzero(~still)[row][once]
     positions = Positions(
         study.tool,

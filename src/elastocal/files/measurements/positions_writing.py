@@ -24,10 +24,10 @@ def write_positions(positions: Positions, robot: Robot, path: str | Path) -> Non
     header = ["experiment", "marker"]
     header += [f"{joint.name} [{joint.kind.key}]" for joint in robot.joints]
     header += [f"{axis} [mm]" for axis in AXES]
-    turned = bool(p.rotations.any())
+    turned, timed = bool(p.rotations.any()), bool(np.isfinite(p.time).all())
     header += ["qw", "qx", "qy", "qz"] * turned
     header += ["payload"] * bool(p.payloads)
-    header += ["station"] * (len(p.stations) > 1) + ["time [s]"] * bool(np.isfinite(p.time).all())
+    header += ["station"] * (len(p.stations) > 1) + ["time [s]"] * timed
     turns = {
         int(p.case[r]): quaternions(from_rotation_vectors(p.value[[r]]))[0]
         for r in np.flatnonzero(p.rotations)
@@ -49,7 +49,7 @@ def write_positions(positions: Positions, robot: Robot, path: str | Path) -> Non
             row.append("none" if carried < 0 else cell(p.payloads[carried]))
         if len(p.stations) > 1:
             row.append(cell(p.stations[p.station[r]]))
-        if np.isfinite(p.time).all():
+        if timed:
             row.append(f"{p.time[r]:.10g}")
         out.write(",".join(row) + "\n")
     write_text(Path(path), out.getvalue())
