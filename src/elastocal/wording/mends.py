@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Protocol
 
 from elastocal.wording.lists import listed
+from elastocal.wording.numbers import more_minutes
 
 
 class Mending(Protocol):
@@ -48,9 +49,4 @@ def mend_name(mend: Mending) -> str:
 
 def minutes_phrase(mend: Mending) -> str:
     """How much longer the campaign takes."""
-    if abs(mend.minutes) < _SAME:
-        return "as long"
-    return f"{abs(mend.minutes):.0f} min {'more' if mend.minutes > 0.0 else 'less'}"
-
-
-_SAME = 0.5  # minutes
+    return more_minutes(mend.minutes)

@@ -21,6 +21,7 @@ _PEOPLE = {
     "N·m/rad": (1e-6, "10⁶ N·m/rad"),
     "N/m": (1e-6, "N/µm"),
 }
+_SAME = 0.5  # minutes
 _AXES = ("x", "y", "z")
 
 
@@ -55,6 +56,13 @@ def fixed(value: float, decimals: int) -> str:
     if float(text) == 0.0:
         text = text.lstrip("-")
     return text.replace("-", "−")
+
+
+def more_minutes(minutes: float) -> str:
+    """How much longer something takes."""
+    if abs(minutes) < _SAME:
+        return "as long"
+    return f"{abs(minutes):.0f} min {'more' if minutes > 0.0 else 'less'}"
 
 
 def length_unit(values: Iterable[float]) -> tuple[float, str]:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from elastocal.errors import Code, Doubt
 from elastocal.wording.lists import counted, experiments, listed
-from elastocal.wording.numbers import described, length, number, short
+from elastocal.wording.numbers import described, length, more_minutes, number, short
 
 
 def _load(doubt: Doubt, *keys: str) -> str:
@@ -88,9 +88,7 @@ def _loss_above(doubt: Doubt) -> str:
 
 def _one_carries(doubt: Doubt) -> str:
     sizes = {name: length(size) for name, size in doubt.numbers.items()}
-    minutes, times = doubt.numbers["minutes"], "as long at the cell"
-    if abs(minutes) >= _SAME:
-        times = f"{abs(minutes):.0f} min {'more' if minutes > 0.0 else 'less'} at the cell"
+    longer = more_minutes(doubt.numbers["minutes"])
     left = f"{sizes['lost']} in place of {sizes['promised']} is left without it"
     if not math.isfinite(doubt.numbers["lost"]):
         left = "the rest does not tell the compliances apart"
@@ -101,11 +99,8 @@ def _one_carries(doubt: Doubt) -> str:
     return (
         f"configuration {doubt.about[0]} carries the result: {left}; with `robust: "
         f"{doubt.numbers['asked']:g}` and {by} about {sizes['other_lost']} would be, by ρ0 of "
-        f"{sizes['other_promised']}, {times}"
+        f"{sizes['other_promised']}, {longer} at the cell"
     )
-
-
-_SAME = 0.5  # minutes
 
 
 def _hardly_known(doubt: Doubt) -> str:

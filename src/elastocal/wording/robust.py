@@ -6,7 +6,7 @@ import math
 from typing import Protocol
 
 from elastocal.wording.blind import Seen, effect_name
-from elastocal.wording.numbers import length, number
+from elastocal.wording.numbers import length, more_minutes, number
 
 
 class Stands(Protocol):
@@ -45,7 +45,8 @@ def robust_sentences(plan: Robustly) -> list[str]:
     cost = f"{what} is {length(now.promised)} in place of {length(before.promised)}"
     if abs(more) >= _SAID:
         cost += f", {number(abs(more), 2)} % {'more' if more > 0.0 else 'less'}"
-    said = f"What it costs to be robust: {cost}, {_minutes(now.minutes - before.minutes)}."
+    longer = more_minutes(now.minutes - before.minutes)
+    said = f"What it costs to be robust: {cost}, {longer} at the cell."
     got = f"What it gains: {_lost(now.lost)} without any one configuration, {_lost(before.lost)}"
     got += " before"
     if now.blind is None or before.blind is None:
@@ -63,13 +64,6 @@ def robust_sentences(plan: Robustly) -> list[str]:
 
 
 _SAID = 0.05  # %
-_SAME = 0.5  # minutes
-
-
-def _minutes(more: float) -> str:
-    if abs(more) < _SAME:
-        return "as long at the cell"
-    return f"{abs(more):.0f} min {'more' if more > 0.0 else 'less'} at the cell"
 
 
 def _lost(size: float) -> str:
