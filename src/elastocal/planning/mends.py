@@ -18,8 +18,7 @@ from elastocal.elastic.effects import without
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.elastic.springs import joint_springs, merged
 from elastocal.errors import InfeasibleError
-from elastocal.motion.schedule import schedule
-from elastocal.motion.tour import best_order
+from elastocal.motion.schedule import fastest
 from elastocal.planning.more_markers import with_markers
 from elastocal.planning.never_seen import ASLANT
 from elastocal.planning.promise import promise
@@ -149,8 +148,7 @@ def _second_step(
     pull[:, :2] = _SIDEWAYS * force * np.column_stack([np.cos(angle), np.sin(angle)])
     once = np.ones(_ASIDE, dtype=np.int64)
     picked = chosen(other, LoadCases(q, pull), once, beside=(cases, repeats))
-    both = LoadCases(np.vstack([cases.q, picked.q]), np.vstack([cases.wrench, picked.wrench]))
-    promised = _promised(other, both, np.concatenate([repeats, once]))
+    promised = _promised(other, cases.followed_by(picked), np.concatenate([repeats, once]))
     markers, minutes = len(study.experiments.tool.markers), _minutes(study, picked, once)
     return Mend("second-step", joints, promised, minutes, markers, _ASIDE)
 
@@ -163,6 +161,4 @@ def _promised(study: Study, cases: LoadCases, repeats: IntArray) -> float:
 
 def _minutes(study: Study, cases: LoadCases, repeats: IntArray) -> float:
     """How long they take at the cell, in their best order [min]."""
-    order = best_order(cases, study.pace).sequence
-    there = cases.chosen(order)
-    return schedule(there, np.asarray(repeats)[order], study.pace).total / 60.0
+    return fastest(cases, repeats, study.pace).total / 60.0

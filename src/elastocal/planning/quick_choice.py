@@ -34,7 +34,7 @@ def chosen(
     told = WithErrors(study, study.nuisance)
     times = np.unique(repeats).tolist()
     each = {n: told.informations(pool, np.full(len(pool), n)) for n in times}
-    known = told.base if beside is None else told.base + told.informations(*beside).sum(axis=0)
+    known = told.base if beside is None else told.total(*beside)
     mean = each[times[-1]].mean(axis=0)
     scale = 1.0 / np.sqrt(np.diagonal(known + mean))
     grid = np.outer(scale, scale)

@@ -109,6 +109,8 @@ def _crowded(aim: Aim, x: Array, counts: IntArray) -> IntArray:
 def _near_before(aim: Aim, x: Array) -> BoolArray:
     """(S,) which of the points (S, d) share errors with what was read before."""
     assert aim.told is not None
+    if aim.told.before is None:
+        return np.zeros(len(x), dtype=bool)
     return np.asarray(aim.told.near_before(_plain(aim, x))[0].any(axis=1))
 
 

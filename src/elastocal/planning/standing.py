@@ -8,12 +8,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from elastocal.arrays import IntArray
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.motion.schedule import schedule
-from elastocal.motion.tour import best_order
+from elastocal.motion.schedule import fastest
 from elastocal.planning.aim import accuracy
 from elastocal.planning.blind_sums import BlindSums, blind_sums
 from elastocal.planning.loss import loss_of
@@ -54,16 +51,15 @@ def standing(study: Study, cases: LoadCases, repeats: IntArray, sums: BlindSums 
         repeats: (S,) repeats.
         sums: What decides on blind errors; None if they are not asked for.
     """
-    aim, order = accuracy(study), best_order(cases, study.pace).sequence
+    aim = accuracy(study)
     found = aim.loss(float(aim.criterion.value(aim.total(cases, repeats)[None])[0]))
     blind = None
     if sums is not None:
         total = sums.informations(cases, repeats).sum(axis=0)
         blind = float(sums.worst(total[None], len(cases))[0])
-    times = schedule(cases.chosen(order), np.asarray(repeats)[order], study.pace)
     return Standing(
         promised=found,
         lost=loss_of(study, cases, repeats).rho0,
         blind=blind,
-        minutes=times.total / 60.0,
+        minutes=fastest(cases, repeats, study.pace).total / 60.0,
     )
