@@ -138,7 +138,7 @@ class _Flange:
     ) -> None:
         """`hung`: whether what hangs on the flange is an unknown."""
         arm = places.arm
-        cases = LoadCases(positions.cases.q[some], positions.cases.wrench[some])
+        cases = positions.cases.chosen(some)
         springs = model.compliances.make @ state.compliance
         rest = equilibrium(arm, springs, cases)
         wrong = np.flatnonzero(~rest.stable)

@@ -32,7 +32,7 @@ from elastocal.files.robots.dh_file import dh_text, far_words
 from elastocal.files.robots.robot_document import KIND as DOCUMENT
 from elastocal.files.robots.robot_document import robot_document
 from elastocal.files.robots.urdf_file import KIND as URDF
-from elastocal.files.robots.urdf_file import calibrated_urdf, urdf_entry
+from elastocal.files.robots.urdf_file import calibrated_urdf
 from elastocal.files.study.absolute_file import is_absolute, read_absolute_study
 from elastocal.files.study.study_file import read_study
 from elastocal.files.texts import file_hash, json_text, text_hash
@@ -111,7 +111,7 @@ def export_calibrated(
         raise InputError(f"{given[0]} is for robot programs, not for calibrated robots")
     study, calibrated, study_path = calibrated_with(model, study_file)
     path = _place(out, to, model)
-    writable(path, model, study_path, *sources_of_any(study, study_path))
+    writable(path, model, study_path, *sources_of(study, study_path))
     replaceable(path, KINDS[to][1], force=force)
     about = [
         f"{calibrated.model.robot.name}, calibrated: {model.name} {file_hash(model)[:16]} of "
@@ -156,14 +156,6 @@ def calibrated_with(
             file=sys.stderr,
         )
     return study, calibrated, study_file
-
-
-def sources_of_any(study: Study | AbsoluteStudy, study_file: Path) -> list[Path]:
-    """The files that a study names."""
-    if isinstance(study, Study):
-        return sources_of(study, study_file)
-    entry = urdf_entry(study.text, study_file)
-    return [] if entry is None else [study_file.parent / entry.urdf]
 
 
 def _place(out: Path, to: str, model: Path) -> Path:
@@ -232,7 +224,7 @@ def compensate_by_calibration(
     inputs = [study_file, model, task.path]
     writable(out, *inputs, suffix=".csv")
     study, calibrated, _ = calibrated_with(model, study_file)
-    inputs += sources_of_any(study, study_file)
+    inputs += sources_of(study, study_file)
     writable(out, *inputs)
     replaceable(out, "corrected path", force=force)
     station, mounting = calibrated.station(task.station), calibrated.mounting(task.mounting)

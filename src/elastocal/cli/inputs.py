@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from elastocal.files.study.known import KnownOf
     from elastocal.identification.fit import Fit
     from elastocal.robot.chain import Robot, Tool
+    from elastocal.study.absolute import AbsoluteStudy
     from elastocal.study.study import Study
 
 
@@ -60,7 +61,7 @@ class Files:
         return [*self.measurements, *self.validation, *(p for p in single if p is not None)]
 
 
-def sources_of(study: Study, beside: Path, known: Path | None = None) -> list[Path]:
+def sources_of(study: Study | AbsoluteStudy, beside: Path, known: Path | None = None) -> list[Path]:
     """The files that a study names, which nothing is to be written over.
 
     Args:

@@ -34,12 +34,10 @@ class PlannedUnknowns:
     Attributes:
         columns: The p virtual joints that are told apart.
         prior: (p, p) information there is before.
-        left_out: Names of those that do the same as some of the others.
     """
 
     columns: VirtualJoints
     prior: Array
-    left_out: tuple[str, ...]
 
 
 def planned_unknowns(
@@ -84,8 +82,7 @@ def planned_unknowns(
     known = np.where(geometry, study.geometry_prior, np.where(columns.stiff, _OPEN, _SOFT))
     prior = np.linalg.inv((share * known**2) @ share.T)
     names = [columns.names[i] for i in kept]
-    out = tuple(name for name in columns.names if name not in names)
-    return PlannedUnknowns(subset(columns, names), (prior + prior.T) / 2.0, out)
+    return PlannedUnknowns(subset(columns, names), (prior + prior.T) / 2.0)
 
 
 def absolute_pose(

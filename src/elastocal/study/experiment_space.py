@@ -150,7 +150,7 @@ class LoadCaseSpace:
     def canonical(self, x: Array) -> Array:
         """The same design points with direction variables of norm 1."""
         x, start = x.copy(), len(self.arm.robot.joints)
-        for load in (self.force, self.moment):
+        for load in self._loads:
             end = start + load.variables
             if load.variables and not isinstance(load, ThereOrNot):
                 x[:, start:end] /= np.linalg.norm(x[:, start:end], axis=1, keepdims=True)
@@ -205,7 +205,7 @@ class LoadCaseSpace:
         x = np.empty((count, len(self.lower)))
         start = len(self.arm.robot.joints)
         x[:, :start] = rng.uniform(self.limits[0], self.limits[1], (count, start))
-        for load in (self.force, self.moment):
+        for load in self._loads:
             end = start + load.variables
             x[:, start:end] = load.sample(count, rng).T
             start = end
@@ -254,7 +254,7 @@ class LoadCaseSpace:
     def _cones(self, x: Array) -> Iterator[tuple[int, Array, Array]]:
         """Each cone of directions: first of its three variables, margin (N,), gradient (3, N)."""
         start = len(self.arm.robot.joints)
-        for load in (self.force, self.moment):
+        for load in self._loads:
             if isinstance(load, FreeDirection) and load.is_cone:
                 yield start, *load.cone(x.T[start : start + 3])
             start += load.variables
