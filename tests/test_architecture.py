@@ -45,6 +45,7 @@ MAY_IMPORT = {
     "motion": "wording robot elastic constraints",
     "study": "core wording robot elastic constraints measuring calibration design motion",
     "planning": "all but compensation",
+    "proof": "core wording robot elastic constraints measuring design study planning",
     "simulation": "robot elastic measuring fitting identification study planning",
     "programs": "wording robot elastic constraints study motion planning",
     "drawing": "wording robot elastic constraints study planning",
