@@ -196,6 +196,11 @@ Code = Literal[
     "claims-criteria",
     "claims-bound",
     "claims-efficiency",
+    # of a proof
+    "proof-leaves-out",
+    "proof-best-noise",
+    "proof-without-errors",
+    "proof-without-shared-noise",
     # of a motion
     "via-breaks",
     "motion-blocked",

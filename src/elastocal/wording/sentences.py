@@ -16,6 +16,7 @@ from elastocal.wording import (
     placements,
     plans,
     poses,
+    proofs,
     searches,
     studies,
 )
@@ -32,6 +33,7 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     **poses.SENTENCES,
     **searches.SENTENCES,
     **plans.SENTENCES,
+    **proofs.SENTENCES,
     **motion.SENTENCES,
 }
 
