@@ -26,6 +26,7 @@ except ImportError:  # `make` compiles before anything is installed
     BuildHookInterface = object  # type: ignore[assignment, misc]
 
 CORE = Path(__file__).parent / "src" / "elastocal" / "core"
+UNITS = ("core", "boxes")  # each compiled for every level
 FLAGS = ["-O3", "-std=c11", "-fPIC", "-fvisibility=hidden", "-fno-math-errno"]
 FLAGS += ["-ffp-contract=off"]  # products and sums are rounded as the source says
 BASELINE = ["-DLEVEL=baseline", "-DLANES=2"]
@@ -87,9 +88,10 @@ def compiled(folder: Path) -> Path:
     source = CORE / "source"
     # The machine that it is for need not be this one.
     target = set(run([*compiler, "-E", "-dM", str(source / "export.h")]).split())
-    objects = {"machine.o": ["machine.c"], "baseline.o": ["core.c", *BASELINE]}
-    if "__x86_64__" in target:
-        objects["v3.o"] = ["core.c", *V3]
+    levels = {"baseline": BASELINE} | ({"v3": V3} if "__x86_64__" in target else {})
+    objects = {"machine.o": ["machine.c"]}
+    for level, flags in levels.items():
+        objects |= {f"{unit}-{level}.o": [f"{unit}.c", *flags] for unit in UNITS}
     ending = "dll" if "_WIN32" in target else "dylib" if "__APPLE__" in target else "so"
     with TemporaryDirectory() as made:
         commands = [

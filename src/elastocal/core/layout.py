@@ -26,6 +26,9 @@ SIGNATURES = {
     "feasible": (Pointer, Int, Pointer, Pointer),
     "restore": (Pointer, Int, Pointer, Pointer, Pointer, Int),
     "advance": (Pointer, Pointer, Pointer, Int, Int, Int),
+    "bound": (Pointer, Int, Pointer, Real, Pointer, Pointer, Pointer),
+    "search": (Pointer, Pointer, Real, Real, Int, Pointer, Int, Pointer, Int, Pointer),
+    "leaf": (Int, Pointer, Int, Pointer, Pointer),
 }
 """Arguments of what the core exports; everything returns an integer, 0 if all went well."""
 
@@ -269,6 +272,66 @@ class PlainBatch(ctypes.Structure):
         *((name, Pointer) for name in ("x", "value", "margins", "merit", "gradient")),
         *((name, Pointer) for name in ("multipliers", "penalty", "broken", "checkpoint")),
         *((name, Pointer) for name in ("inverse", "fresh", "direction", "length", "gain")),
+    )
+
+
+MOST_JOINTS, MOST_CONDITIONS = 12, 64
+"""Joints and constraints that a statement may have."""
+PENDING, OPEN, LEAF = 253, 254, 255
+"""Boxes that are not halved: not looked at, too small to be, done."""
+
+
+class PlainCondition(ctypes.Structure):
+    """A constraint of a statement: see `source/expansion.h`."""
+
+    _fields_ = (
+        ("kind", Int),
+        ("point", Real * 3),
+        ("normal", Real * 3),
+        ("weights", Real * 3),
+        ("sign", Real),
+        ("offset", Real),
+        ("third", Pointer),
+    )
+
+
+class PlainStatement(ctypes.Structure):
+    """What is to be bounded, and where: see `source/expansion.h`."""
+
+    _fields_ = (
+        ("joints", Int),
+        *((name, Pointer) for name in ("axes", "points", "slides", "links", "starts")),
+        *((name, Pointer) for name in ("least", "most")),
+        ("springs", Int),
+        *((name, Pointer) for name in ("bodies", "slide", "spring_axes", "spring_points")),
+        ("values", Pointer),
+        ("rank", Int),
+        ("markers", Int),
+        ("marker", Pointer),
+        ("turning", Real),
+        ("load_point", Real * 3),
+        ("loaded", Int),
+        ("forms", Int),
+        ("forces", Pointer),
+        ("moments", Pointer),
+        ("twisting", Int),
+        ("cone", Int),
+        ("cone_axis", Real * 3),
+        ("cone_cosine", Real),
+        ("conditions", Int),
+        ("condition", Pointer),
+        *((name, Pointer) for name in ("third", "lower", "upper")),
+    )
+
+
+class PlainOutcome(ctypes.Structure):
+    """What a search of a box found."""
+
+    _fields_ = (
+        *((name, Int) for name in ("evaluated", "symbols", "pending", "open")),
+        ("largest", Real),
+        ("best", Real),
+        ("at", Real * MOST_JOINTS),
     )
 
 

@@ -18,7 +18,7 @@ from typing import Any
 
 from elastocal.errors import InputError
 
-VERSION = 10
+VERSION = 11
 """What `core_version` in `source/core.c` must say: raised there and here with the interface."""
 SWITCH = "ELASTOCAL_CORE"
 """Environment variable: `numpy`, or the level to use."""

@@ -7,7 +7,7 @@
 #include "restore.h"
 
 /* Raised with every change of what is exported; `VERSION` in library.py is the same number. */
-#define VERSION 10
+#define VERSION 11
 
 EXPORT int NAMED(core_version)(void);
 EXPORT int64_t NAMED(evaluate)(const Space *s, int64_t count, const double *x,
@@ -21,14 +21,6 @@ EXPORT int64_t NAMED(restore)(const Space *s, int64_t count, double *x, const do
 EXPORT int64_t NAMED(feasible)(const Space *s, int64_t count, const double *x, uint8_t *held);
 
 EXPORT int NAMED(core_version)(void) { return VERSION; }
-
-/* Memory for so many lanes, aligned to them; `*block` is to be freed. */
-static lanes *aligned(int64_t count, void **block) {
-    *block = malloc((size_t)(count + 2) * sizeof(lanes));
-    if (!*block) return 0;
-    uintptr_t address = (uintptr_t)*block + sizeof(lanes) - 1;
-    return (lanes *)(address - address % sizeof(lanes));
-}
 
 /* Rows (N, targets * 3, p) in units of what errs and margins (N, C) at design points (N, d); either
  * may be 0, and so may be the (N) repeats that share a load case. Foreign margins are left as they are. */

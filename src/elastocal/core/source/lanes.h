@@ -9,6 +9,7 @@
 
 #include <math.h>
 #include <stdint.h>
+#include <stdlib.h>
 #include <string.h>
 
 #if defined(__AVX__) || defined(__SSE2__)
@@ -176,6 +177,14 @@ static inline void scatter(
         double *row = to + (first + i) * width;
         for (int64_t k = 0; k < width; k++) row[k] = from[k][i];
     }
+}
+
+/* Memory for so many lanes, aligned to them; `*block` is to be freed. */
+static inline lanes *aligned(int64_t count, void **block) {
+    *block = malloc((size_t)(count + 2) * sizeof(lanes));
+    if (!*block) return 0;
+    uintptr_t address = (uintptr_t)*block + sizeof(lanes) - 1;
+    return (lanes *)(address - address % sizeof(lanes));
 }
 
 #endif
