@@ -6,6 +6,8 @@ derivatives are held against it, and it against the rest of the program.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from elastocal.arrays import Array
@@ -101,6 +103,22 @@ def _rows(s: Statement, x: Array) -> Array:
     found = moved @ made.reshape(len(x), len(springs), -1)
     found = found.reshape(len(x), size, seen.shape[1], forces.shape[1])
     return found[..., 0] if steady else found
+
+
+def size_of_rows(statement: Statement) -> float:
+    """About how large the terms are whose sum B(x) is: Σ |v| |y| |V| over the springs, over σ.
+
+    Where they cancel, rounding is a share of this and not of B. The largest of a few points.
+    """
+    s, largest = statement, 0.0
+    rng = np.random.default_rng(0)
+    x = s.root[0] + (s.root[1] - s.root[0]) * rng.uniform(size=(32, len(s.joints)))
+    for j in np.flatnonzero(s.seen.any(axis=1)).tolist():
+        alone = np.zeros(s.make.shape[0])
+        alone[j] = 1.0
+        one = replace(s, make=alone[:, None] * s.make)
+        largest += float(np.abs(rows(one, x)).max())
+    return largest
 
 
 def sensitivity(statement: Statement, x: Array, force: Array | None = None) -> Array:
