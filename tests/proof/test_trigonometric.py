@@ -13,7 +13,7 @@ from elastocal.arrays import Array
 from elastocal.proof.grids import Grids
 from elastocal.proof.reference import margins, rows
 from elastocal.proof.series import (
-    Series,
+    FiniteSeries,
     chebyshev_terms,
     constraint_series,
     nodes,
@@ -94,7 +94,7 @@ def test_sum_coordinates_have_degree_two() -> None:
     assert directions == [(1, 1, 1, 1), (1, 1, 0, 0)]
 
 
-def norm_of(statement: Statement, series: Series, x: Array, orders: list[int]) -> Array:
+def norm_of(statement: Statement, series: FiniteSeries, x: Array, orders: list[int]) -> Array:
     """(N,) norms of a derivative: of a free load the largest singular value over its columns."""
     found = series.at(x, orders)
     if statement.directions is None or found.shape[1] == 1:
@@ -103,7 +103,7 @@ def norm_of(statement: Statement, series: Series, x: Array, orders: list[int]) -
     return np.linalg.norm(columns, 2, axis=(1, 2))
 
 
-def highest(statement: Statement, series: Series, orders: list[int], seed: int) -> float:
+def highest(statement: Statement, series: FiniteSeries, orders: list[int], seed: int) -> float:
     """The largest norm that climbs find."""
     rng = np.random.default_rng(seed)
     x = anywhere(statement, rng, 250)
@@ -175,10 +175,10 @@ def test_the_factor_is_needed() -> None:
     assert min(missed) < 0.72
 
 
-def one_variable(coefficients: Array, *, slides: bool) -> Series:
+def one_variable(coefficients: Array, *, slides: bool) -> FiniteSeries:
     ends = (0.3, 1.7) if slides else (0.0, 0.0)
     low, high = np.array([[ends[0]], [ends[1]]])
-    return Series(np.array([0]), np.array([slides]), low, high, coefficients, 1.0, 0.0)
+    return FiniteSeries(np.array([0]), np.array([slides]), low, high, coefficients, 1.0, 0.0)
 
 
 def test_the_sharpest_polynomial() -> None:
@@ -216,7 +216,7 @@ def test_several_columns_by_their_operator_norm() -> None:
     rng = np.random.default_rng(6)
     for k in (2, 3):
         coefficients = rng.normal(size=(5, 3, 4 * k))
-        series = Series(
+        series = FiniteSeries(
             np.arange(2), np.zeros(2, bool), np.zeros(2), np.zeros(2), coefficients, 1.0, 0.0
         )
         for counts in ([5, 4], [12, 9]):

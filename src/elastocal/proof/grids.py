@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from elastocal.arrays import Array
-from elastocal.proof.series import Series, chebyshev_terms, nodes, turning_terms
+from elastocal.proof.series import FiniteSeries, chebyshev_terms, nodes, turning_terms
 
 _AT_ONCE = 400_000  # numbers of rows that are made at once
 _BLOCK = 40_000  # values that are made, looked at and forgotten
@@ -25,7 +25,7 @@ class Grids:
     eigenvalue of the (k, k) products of the columns.
     """
 
-    def __init__(self, series: Series, counts: Sequence[int], k: int) -> None:
+    def __init__(self, series: FiniteSeries, counts: Sequence[int], k: int) -> None:
         """`counts` are the points per variable."""
         self._series, self._k = series, k
         self._few: list[Array] = []  # points of each variable at which rows are made

@@ -22,7 +22,7 @@ ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
-class Series:
+class FiniteSeries:
     """A function of a variables with C components.
 
     Attributes:
@@ -107,7 +107,7 @@ def series_of(
     degree: int,
     size: float,
     variables: IntArray | None = None,
-) -> Series:
+) -> FiniteSeries:
     """The series of a function of the points x of a statement.
 
     Args:
@@ -137,10 +137,10 @@ def series_of(
             else turning_terms(values, count // 2)
         )
         found = np.moveaxis(np.tensordot(np.linalg.inv(terms), found, (1, axis)), 0, axis)
-    return _cut(Series(chosen, slides, low, high, found, size, 0.0))
+    return _cut(FiniteSeries(chosen, slides, low, high, found, size, 0.0))
 
 
-def _cut(whole: Series) -> Series:
+def _cut(whole: FiniteSeries) -> FiniteSeries:
     """The same without degrees that it does not have, the variables of lowest degree last."""
     length = np.linalg.norm(whole.coefficients, axis=-1)
     kept: list[slice] = []
@@ -154,7 +154,7 @@ def _cut(whole: Series) -> Series:
     dropped = float(length[~inside].sum())
     coefficients = whole.coefficients[tuple(kept)]
     order = np.argsort([-m for m in coefficients.shape[:-1]], kind="stable")
-    return Series(
+    return FiniteSeries(
         whole.variables[order],
         whole.slides[order],
         whole.low[order],
@@ -165,7 +165,7 @@ def _cut(whole: Series) -> Series:
     )
 
 
-def rows_series(statement: Statement, variables: IntArray | None = None) -> Series:
+def rows_series(statement: Statement, variables: IntArray | None = None) -> FiniteSeries:
     """B(x), with C = rows · r components, times the k columns of a free load, which vary first."""
 
     def function(x: Array) -> Array:
@@ -176,7 +176,7 @@ def rows_series(statement: Statement, variables: IntArray | None = None) -> Seri
 
 def constraint_series(
     statement: Statement, variables: IntArray | None = None
-) -> tuple[Series, ...]:
+) -> tuple[FiniteSeries, ...]:
     """The constraints, each of one component."""
     found = []
     for constraint in statement.constraints:

@@ -19,7 +19,7 @@ import numpy as np
 
 from elastocal.arrays import Array, IntArray, freeze
 from elastocal.proof.grids import Grids
-from elastocal.proof.series import Series, constraint_series, rows_series
+from elastocal.proof.series import FiniteSeries, constraint_series, rows_series
 from elastocal.proof.statement import Statement
 
 _LOOSE = 1.5  # factor of one variable that is too large
@@ -81,7 +81,7 @@ def third_derivatives(
     )
 
 
-def factor(series: Series, i: int, count: int, order: int = 0) -> float:
+def factor(series: FiniteSeries, i: int, count: int, order: int = 0) -> float:
     """By what the largest value at `count` points of the i-th variable is to be multiplied."""
     degree = series.degrees[i]
     if series.slides[i]:
@@ -89,7 +89,7 @@ def factor(series: Series, i: int, count: int, order: int = 0) -> float:
     return float(1.0 / np.cos(np.pi * degree / count))
 
 
-def points_for(series: Series, effort: float, k: int = 1) -> list[int]:
+def points_for(series: FiniteSeries, effort: float, k: int = 1) -> list[int]:
     """Points per variable: as many as take `effort` seconds of a core, where they help most.
 
     There are never so few that one variable makes the bound half as large again.
@@ -114,7 +114,7 @@ def points_for(series: Series, effort: float, k: int = 1) -> list[int]:
             return counts
 
 
-def _seconds(series: Series, counts: Sequence[int], k: int) -> float:
+def _seconds(series: FiniteSeries, counts: Sequence[int], k: int) -> float:
     """About how long a table takes on one core."""
     a, size = len(counts), series.coefficients.shape[-1]
     enough = [
@@ -126,7 +126,7 @@ def _seconds(series: Series, counts: Sequence[int], k: int) -> float:
     return float(1e-9 * made * a * (a + 1) * (a + 2) / 6)
 
 
-def _table(series: Series, counts: Sequence[int], k: int, n: int) -> Array:
+def _table(series: FiniteSeries, counts: Sequence[int], k: int, n: int) -> Array:
     """(n, n, n) bounds of the third derivatives of a function with k columns."""
     table = np.zeros((n, n, n))
     left_out = series.dropped + _ROUNDING * series.size
@@ -143,7 +143,7 @@ def _table(series: Series, counts: Sequence[int], k: int, n: int) -> Array:
     return table
 
 
-def _steepest(series: Series, i: int, order: int) -> float:
+def _steepest(series: FiniteSeries, i: int, order: int) -> float:
     """How much a derivative in the i-th variable may be of a term that was left out, of size 1.
 
     Before it was cut what turns had a degree of 8 at most, what slides of 2.
