@@ -167,6 +167,7 @@ Code = Literal[
     "blind-above",
     "rho0-above",
     "one-carries",
+    "rests-on-one",
     "hardly-needed",
     "half-known",
     "constraint-broken",

@@ -46,6 +46,7 @@ from elastocal.planning.mends import Mend, mends
 from elastocal.planning.needed import half_known, hardly_needed
 from elastocal.planning.one_side import azimuth_range
 from elastocal.planning.plain_values import Plain, simplify
+from elastocal.planning.relieved import relieved, rests_on_one
 from elastocal.planning.robust import not_held, refuse_unfit, withstanding
 from elastocal.planning.spread import spread
 from elastocal.planning.standing import Standing, asked_standing
@@ -106,9 +107,9 @@ class Plan:
     @cached_property
     def doubts(self) -> tuple[Doubt, ...]:
         """What is weak: a search that was stopped; more left without one configuration than is
-        allowed, or than need be; joints taken as rigid that the task bends, which
-        ρ0 leaves out; compliances that the experiments hardly tell, or that the task hardly needs;
-        what is hardly watched; what is out of reach."""
+        allowed, or than need be; compliances that rest on one; joints taken as rigid that the task
+        bends, which ρ0 leaves out; compliances that the experiments hardly tell, or that the task
+        hardly needs; what is hardly watched; what is out of reach."""
         rigid = [d for d in left_rigid(self.study) if d.code == "rigid-at-test-pose"]
         hardly = hardly_known(self.study.springs, self.assessment.standard_error)
         watched = [d for d in self.watch.doubts if d.code in ("hardly-watched", "odd-size")]
@@ -119,10 +120,11 @@ class Plan:
         )
         best = self.certificate.rho0_bound
         alone = carried(self.study, self.load_cases, self.repeats, self.assessment, best)
+        held_up = rests_on_one(self.study, self.load_cases, self.repeats)
         out = out_of_reach(self.study.motion_space)
         blind = None if self.standing is None else self.standing.blind
         lost = not_held(self.study, self.assessment, self.certificate, blind)
-        return (*stopped, *lost, *rigid, *hardly, *alone, *usual, *watched, *out)
+        return (*stopped, *lost, *rigid, *hardly, *alone, *held_up, *usual, *watched, *out)
 
     @cached_property
     def blind(self) -> BlindErrors | None:
@@ -339,6 +341,8 @@ def _searched(
             before = plain.cases, single.counts
             other = withstanding(study, aim, reachable, goal, design, before, best, chance)
             single, plain, as_good = other or (single, plain, None)
+            freed = relieved(study, aim, reachable, goal, single, plain, chance)
+            single, plain = freed or (single, plain)
         design = single
         cases = plain.cases
         order = best_order(cases, study.pace, free=partial(motions_free, motions)).sequence

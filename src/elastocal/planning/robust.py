@@ -17,7 +17,7 @@ from elastocal.arrays import Array, IntArray, frozen
 from elastocal.design.exact import ExactDesign
 from elastocal.design.refinement import Goal
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.errors import Doubt, InfeasibleError, InputError
+from elastocal.errors import Doubt, InputError
 from elastocal.planning.aim import Aim
 from elastocal.planning.assessment import Assessment
 from elastocal.planning.blind_effects import judged
@@ -25,6 +25,8 @@ from elastocal.planning.blind_sums import BlindSums, blind_sums
 from elastocal.planning.certificate import Certificate
 from elastocal.planning.exchange import Exchange, Exchanged, Held
 from elastocal.planning.plain_values import Plain, simplify, without_whole_turns
+from elastocal.planning.pool import anywhere
+from elastocal.planning.pool import stirred as stirred_near
 from elastocal.planning.standing import Standing, standing
 from elastocal.study.criteria import RHO0
 from elastocal.study.experiment_space import LoadCaseSpace
@@ -36,7 +38,6 @@ _SCALES = (0.1, 0.03, 0.01)  # shares of the ranges by which load cases are stir
 _FINEST = 0.003  # the same of the last stirring, where blind errors count
 _STARTS = 3  # of searches for small blind errors
 _SOFT, _SHARP = 12.0, 40.0  # powers of the norm in place of the largest, if that is limited
-_SOME = 0.3  # of the coordinates of a load case are stirred, half of the time
 _FEW = 8  # unknowns up to which so many are tried
 _NEARLY = 1.0 + 1e-3  # a limit that is passed by less is held
 CARRIED = 1.5
@@ -200,9 +201,9 @@ def robust(
     def stirred(x: Array, counts: IntArray, scales: tuple[float | None, ...]) -> Exchanged:
         for scale in scales:
             if scale is None:
-                more = _anywhere(space, many, rng)
+                more = anywhere(space, many, rng)
             else:
-                more = _stirred(space, x, max(often, 10), scale, rng)
+                more = stirred_near(space, x, max(often, 10), scale, rng)
             pool = in_plain_values(aim.space, np.concatenate([x, more]), held.sums).cases
             power = soft if seen and scale != _FINEST else np.inf
             found = Exchange(aim, pool, held, power).exchanged(counts)
@@ -230,22 +231,3 @@ def in_plain_values(space: LoadCaseSpace, x: Array, sums: BlindSums | None) -> P
     if sums is None:
         return simplify(space, cases)
     return Plain(without_whole_turns(space, cases), (), "")
-
-
-def _anywhere(space: LoadCaseSpace, count: int, rng: np.random.Generator) -> Array:
-    """Random feasible design points; none where none are found."""
-    try:
-        return space.sample(count, rng)
-    except InfeasibleError:
-        return np.zeros((0, len(space.lower)))
-
-
-def _stirred(
-    space: LoadCaseSpace, x: Array, count: int, scale: float, rng: np.random.Generator
-) -> Array:
-    """Feasible design points near those of x, so many of each; some are moved in a few places."""
-    near = np.repeat(x, count, axis=0)
-    moved = scale * (space.upper - space.lower) * rng.normal(size=near.shape)
-    moved *= (rng.random(near.shape) < _SOME) | (rng.random((len(near), 1)) < 0.5)
-    near = np.clip(near + moved, space.lower, space.upper)
-    return near[space.feasible(near)]

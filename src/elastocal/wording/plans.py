@@ -65,6 +65,7 @@ _WEAK: frozenset[Code] = frozenset(
         "blind-above",
         "rho0-above",
         "one-carries",
+        "rests-on-one",
         "rigid-at-test-pose",
         "hardly-known",
     }
@@ -101,6 +102,23 @@ def _one_carries(doubt: Doubt) -> str:
         f"{doubt.numbers['asked']:g}` and {by} about {sizes['other_lost']} would be, by ρ0 of "
         f"{sizes['other_promised']}, {longer} at the cell"
     )
+
+
+def _rests_on_one(doubt: Doubt) -> str:
+    found, several = doubt.numbers, len(doubt.about) > 1
+    larger = [number(min(found[name], _ALONE), 2) for name in doubt.about]
+    errors = "their standard errors" if several else "its standard error"
+    then = f"{number(found['more'], 2)} times" if found["more"] else "less than twice"
+    rho0 = f"ρ0 is {length(found['more_rho0'])} in place of {length(found['rho0'])}"
+    return (
+        f"{listed(doubt.about)} {'rest' if several else 'rests'} on configuration "
+        f"{found['configuration']:g}: without it {errors} would be {listed(larger)} times as "
+        f"large; with one more experiment {then} at most, and {rho0}, "
+        f"{more_minutes(found['minutes'])} at the cell"
+    )
+
+
+_ALONE = 1e4  # times as large; nothing else tells of it then
 
 
 def _hardly_known(doubt: Doubt) -> str:
@@ -280,6 +298,7 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
         f"than {number(doubt.numbers['asked'], 4)} times is asked for; more configurations may help"
     ),
     "one-carries": _one_carries,
+    "rests-on-one": _rests_on_one,
     "hardly-known": _hardly_known,
     "half-known": _half_known,
     "hardly-needed": _hardly_needed,
