@@ -138,7 +138,7 @@ static inline lanes cone_multiplier(const Statement *s, const form *a, lanes *va
         m = 0.5 * (low + high);
         b = *a;
         add_cone(s, m, &b);
-        turn_to_axes(3, 2, &b, e);
+        turn_to_axes(3, 4, &b, e);
         *value = pick(outside, smaller(*value, b.at[0]), *value);
         cosine = s->cone_axis[0] * e[0][0] + s->cone_axis[1] * e[1][0] + s->cone_axis[2] * e[2][0];
         mask rising = cosine * cosine >= edge;
