@@ -12,8 +12,9 @@ from scipy.linalg import expm
 
 from elastocal.arrays import Array
 from elastocal.errors import InputError
+from elastocal.proof.cones import largest_in_cone
 from elastocal.proof.plain_data import as_data, from_data
-from elastocal.proof.reference import ArmAt, largest_in_cone, margins, rows, sensitivity
+from elastocal.proof.reference import ArmAt, best_force, margins, rows, sensitivity
 from elastocal.proof.statement import (
     HalvedVariable,
     HeldVariable,
@@ -141,6 +142,8 @@ def test_sensitivity_is_a_square_of_rows(load: str) -> None:
     made = chance(rng, load=load)
     x = within_root(made, rng, 40)
     found, d = rows(made, x), sensitivity(made, x)
+    force = best_force(made, x)
+    assert force.shape == (40, 3)
     if isinstance(made.load, SteadyLoad):
         np.testing.assert_allclose(d, (found**2).sum(axis=(1, 2)))
         return
@@ -156,6 +159,8 @@ def test_sensitivity_is_a_square_of_rows(load: str) -> None:
     assert directions is not None
     each = sensitivity(made, x, force=(directions @ u[:40].T).T)
     np.testing.assert_allclose(each, np.diagonal(all_of_them[:40]))
+    np.testing.assert_allclose(sensitivity(made, x, force=force), d, rtol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(force, axis=1), 1.3)
 
 
 def test_largest_in_a_cone() -> None:
@@ -172,7 +177,11 @@ def test_largest_in_a_cone() -> None:
     inside = np.abs(vectors[:, :, 2] @ axis) > np.cos(half)
     brute = np.where(inside, values[:, 2], brute)
     assert 0.05 < inside.mean() < 0.95
-    np.testing.assert_allclose(largest_in_cone(form, axis, half), brute, rtol=2e-7)
+    found, direction = largest_in_cone(form, axis, half)
+    np.testing.assert_allclose(found, brute, rtol=2e-7)
+    assert (found >= brute * (1.0 - 1e-12)).all()
+    np.testing.assert_allclose(np.einsum("nk,nkl,nl->n", direction, form, direction), found)
+    assert (direction @ axis >= np.cos(half) - 1e-12).all()
 
 
 def test_constraints_by_their_points() -> None:

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from elastocal.arrays import Array
+from elastocal.proof.cones import largest_in_cone
 from elastocal.proof.statement import (
     AnyDirection,
     DirectionOverPlane,
@@ -21,8 +22,6 @@ from elastocal.proof.statement import (
 )
 
 _CHUNK = 8192  # points whose rows are made at once
-_AROUND = 48  # directions around a cone that the search for the largest begins with
-_NEWTON = 6  # steps of that search
 
 
 class ArmAt:
@@ -141,7 +140,7 @@ def sensitivity(statement: Statement, x: Array, force: Array | None = None) -> A
         return np.einsum("kn,nkl,ln->n", u, form, u)
     if isinstance(load, AnyDirection):
         return np.asarray(np.linalg.eigvalsh(form)[:, -1])
-    return largest_in_cone(form, load.axis, load.half_angle)
+    return largest_in_cone(form, load.axis, load.half_angle)[0]
 
 
 def quadratic_form(statement: Statement, x: Array) -> Array:
@@ -151,42 +150,19 @@ def quadratic_form(statement: Statement, x: Array) -> Array:
     return np.asarray(columns.transpose(0, 2, 1) @ columns)
 
 
-def largest_in_cone(form: Array, axis: Array, half_angle: float) -> Array:
-    """(N,) largest uᵀ Q u over |u| ≤ 1 within an angle of an axis, of forms (N, 3, 3).
-
-    It is the largest eigenvalue if its eigenvector is in the cone, or against it; else the largest
-    on the edge of the cone, a trigonometric polynomial of degree 2.
-    """
-    values, vectors = np.linalg.eigh(form)
-    inside = np.abs(vectors[:, :, -1] @ axis) >= np.cos(half_angle)
-    across = np.linalg.svd(axis[None])[2][1:]
-    turn = np.linspace(0.0, 2.0 * np.pi, _AROUND, endpoint=False)
-
-    def edge(angle: Array, of: tuple[float, float, float]) -> Array:
-        """Directions on the edge; with other factors their derivatives."""
-        along, cosine, sine = of
-        around = cosine * np.cos(angle)[..., None] * across[0]
-        around = around + sine * np.sin(angle)[..., None] * across[1]
-        return np.asarray(along * np.cos(half_angle) * axis + np.sin(half_angle) * around)
-
-    u = edge(turn, (1.0, 1.0, 1.0))
-    all_around = np.einsum("ak,nkl,al->na", u, form, u)
-    best = turn[all_around.argmax(axis=1)]
-    largest = all_around.max(axis=1)
-    for _ in range(_NEWTON):
-        u = edge(best, (1.0, 1.0, 1.0))
-        bent = edge(best, (0.0, -1.0, -1.0))
-        angle = best + np.pi / 2.0  # the derivative is what is a quarter turn further
-        slope = edge(angle, (0.0, 1.0, 1.0))
-        pushed = np.einsum("nkl,nl->nk", form, u)
-        first = 2.0 * (slope * pushed).sum(axis=1)
-        second = 2.0 * np.einsum("nk,nkl,nl->n", slope, form, slope)
-        second += 2.0 * (bent * pushed).sum(axis=1)
-        step = np.where(second < 0.0, -first / np.where(second < 0.0, second, 1.0), 0.0)
-        best = best + np.clip(step, -np.pi / _AROUND, np.pi / _AROUND)
-        u = edge(best, (1.0, 1.0, 1.0))
-        largest = np.maximum(largest, np.einsum("nk,nkl,nl->n", u, form, u))
-    return np.where(inside, values[:, -1], largest)
+def best_force(statement: Statement, x: Array) -> Array:
+    """(N, 3) allowed forces for which d is largest at points x, (N, n) [N]."""
+    load = statement.load
+    if isinstance(load, SteadyLoad):
+        return np.tile(load.force, (len(x), 1))
+    form = quadratic_form(statement, x)
+    if isinstance(load, AnyDirection):
+        u = np.linalg.eigh(form)[1][:, :, -1]
+    else:
+        u = largest_in_cone(form, load.axis, load.half_angle)[1]
+    directions = statement.directions
+    assert directions is not None
+    return np.asarray(u @ directions.T)
 
 
 def margins(statement: Statement, x: Array) -> Array:
