@@ -196,12 +196,17 @@ Code = Literal[
     "claims-covariance",
     "claims-criteria",
     "claims-bound",
+    "claims-proved",
     "claims-efficiency",
     # of a proof
     "proof-leaves-out",
     "proof-best-noise",
     "proof-without-errors",
     "proof-without-shared-noise",
+    "proof-record-missing",
+    "proof-record-other",
+    "proof-record-unlike",
+    "proof-not-checked",
     # of a motion
     "via-breaks",
     "motion-blocked",

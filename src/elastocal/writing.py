@@ -115,10 +115,24 @@ def write_text(path: Path, text: str) -> None:
         InputError: the place cannot be written to.
     """
     try:
+        data = sealed(text).encode("utf-8")
+    except UnicodeEncodeError as error:
+        sign = f"U+{ord(error.object[error.start]):04X}"
+        raise InputError(f"{path}: cannot be written ({sign} is half a character)") from None
+    write_bytes(path, data)
+
+
+def write_bytes(path: Path, data: bytes) -> None:
+    """The same of bytes, as they are.
+
+    Raises:
+        InputError: the place cannot be written to.
+    """
+    try:
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
         try:
-            with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
-                file.write(sealed(text))
+            with os.fdopen(handle, "wb") as file:
+                file.write(data)
             umask = os.umask(0)
             os.umask(umask)
             os.chmod(name, 0o666 & ~umask)
@@ -131,6 +145,3 @@ def write_text(path: Path, text: str) -> None:
                 log.append(path)
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror})") from error
-    except UnicodeEncodeError as error:
-        sign = f"U+{ord(error.object[error.start]):04X}"
-        raise InputError(f"{path}: cannot be written ({sign} is half a character)") from None

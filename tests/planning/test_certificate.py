@@ -18,7 +18,7 @@ from elastocal.planning.certificate import Bound, certificate, confirmed, left_o
 from elastocal.planning.trade_off import random_plans
 from elastocal.study.criteria import criterion_of
 from elastocal.study.study import Study, TestPose
-from elastocal.terminal.plans import certificate_sentence
+from elastocal.terminal.certificates import certificate_sentences
 from elastocal.wording.plans import floor_sentence
 from tests.paper.problems import three_link_study
 
@@ -188,7 +188,7 @@ def test_a_stretched_arm_is_told_what_it_leaves_out() -> None:
     found = certificate(study, bound, worth, 3)
     assert [doubt.code for doubt in found.left_out] == ["criterion-ignores", "criterion-together"]
     assert found.left_out[1].about == ("J2", "J3")
-    said = certificate_sentence(found, 3)
+    (said,) = certificate_sentences(found, 3)
     assert "J2 and J3 are determined only together: 0.98 J2 + 0.21 J3." in said
     assert not certificate(study, replace(bound, target=bound.aim.criterion), worth, 3).left_out
 

@@ -19,7 +19,7 @@ from elastocal.planning.certificate import lower_bound
 from elastocal.planning.evaluation import evaluate
 from elastocal.report.verdict import proof
 from elastocal.study.study import Study
-from elastocal.terminal.plans import certificate_sentence
+from elastocal.terminal.certificates import certificate_sentences
 from tests.test_examples import ROOT
 
 EFFORT = Effort(batch=16, generations=4, patience=9)
@@ -117,7 +117,7 @@ def test_a_stopped_plan_is_a_plan(study: Study, share: float, tmp_path: Path) ->
 def test_why_there_is_no_certificate_is_said(study: Study) -> None:
     found = ec.plan(study, effort=EFFORT, stop=lambda: True)
     why = "stopped before its bound had been tried from fresh starts"
-    assert why in certificate_sentence(found.certificate, 12)
+    assert why in certificate_sentences(found.certificate, 12)[0]
     assert why in proof(found.certificate)[0]
     assert why in plan_document(found)["certificate"]["why"]
     assert "not concave" not in str(plan_document(found))

@@ -25,8 +25,9 @@ from elastocal.planning.plan import Plan, plan
 from elastocal.report import tables
 from elastocal.study.criteria import CRITERIA, PlanCriterion, compliances, metres
 from elastocal.study.study import Study
+from elastocal.terminal.certificates import certificate_sentences
 from elastocal.terminal.console import micrometres
-from elastocal.terminal.plans import certificate_sentence, show_evaluations
+from elastocal.terminal.plans import show_evaluations
 from tests.design.examples import study_with_two_test_poses
 from tests.report.examples import gantry_plan, three_link_plan
 
@@ -83,7 +84,7 @@ def test_it_is_planned_written_read_and_judged(
     made = plan(study, effort=LIGHT, bound=bound)
     document = plan_document(made)
     criteria, certificate = document["criteria"], document["certificate"]
-    sentence = certificate_sentence(made.certificate, 4)
+    (sentence,) = certificate_sentences(made.certificate, 4)
     information = made.assessment.information
     value = float(CRITERIA[name].function(study).value(information[None])[0])
     if name == "P":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -67,9 +68,13 @@ def _subject(study: Study, plan: Path | None) -> Subject:
     """The study with the poses of a plan, and what its certificate tells of any place."""
     from elastocal.cli.origins import note_origin, refuse_false_claims
     from elastocal.cli.planning import note_broken
+    from elastocal.files.plans.proof_record import proof_beside
     from elastocal.files.plans.proposal_file import read_proposal, study_for
     from elastocal.planning.sensitivity import sensitivity
+    from elastocal.study.criteria import CRITERIA
     from elastocal.viewer.subject import Subject, stops_of
+    from elastocal.wording import worded
+    from elastocal.wording.proofs import claimed_kind
 
     if plan is None:
         return Subject(study, stops_of(study))
@@ -83,4 +88,13 @@ def _subject(study: Study, plan: Path | None) -> Subject:
     if proposal.certified is not None:
         known, peak = sensitivity(study, *proposal.certified), proposal.certified.peak
     stops = stops_of(study, proposal.load_cases, proposal.repeats, peak, proposal.via)
-    return Subject(study, stops, sensitivity=known)
+    proved, doubt = proof_beside(proposal, written, plan.parent)
+    if proved is None and doubt is not None:
+        print(f"note: {plan.name}: {worded(doubt)}", file=sys.stderr)
+    length = CRITERIA[study.criterion].is_position_error
+    said = claimed_kind(
+        proposal.claims.get("kind", "none"),
+        proposal.claims.get("lower_bound") if length else None,
+        proved,
+    )
+    return Subject(study, stops, sensitivity=known, certificate=said)

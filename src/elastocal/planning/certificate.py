@@ -23,11 +23,12 @@ from elastocal.design.oracle import climb, sensitivity
 from elastocal.design.power_mean import floored
 from elastocal.design.space import information
 from elastocal.elastic.load_cases import LoadCases
-from elastocal.errors import Doubt
+from elastocal.errors import Doubt, InputError
 from elastocal.matrices import confounded, square_root
 from elastocal.planning.aim import Aim, aim_of
 from elastocal.planning.assessment import Assessment
 from elastocal.planning.plain_values import simplify
+from elastocal.planning.proved import Proved
 from elastocal.planning.shared_bound import largest_sum
 from elastocal.stopping import Stop, Stopped, stoppable
 from elastocal.study.criteria import CRITERIA, RHO0
@@ -39,11 +40,12 @@ Progress = Callable[[str, float], None]
 _FLOOR = 1e-4  # share of the loss that a floor adds
 _ROUNDING = 1e-5  # share of what a criterion asks for that is rounding
 _BEST = 100  # summits of one number of repeats that the search for another begins with
+_SAME = 1e-9  # share by which a plan may be better than what is proved: rounding
 _OPEN = 0.1  # gap between value and bound that only a singular optimum leaves
 
 
-KINDS = ("numerical", "none")
-"""What certificates there are: a bound that rests on a search, or no bound."""
+KINDS = ("rigorous", "numerical", "none")
+"""What certificates there are: a bound that is proved, one that rests on a search, or no bound."""
 
 
 @dataclass(frozen=True)
@@ -52,8 +54,10 @@ class Certificate:
 
     Attributes:
         criterion: Name of the criterion it speaks of.
-        kind: "numerical": the bound rests on a multistart search; "none": no bound is known.
-        lower_bound: No plan has a smaller loss 1/√φ: ρ0 [m] for test-pose criteria.
+        kind: "rigorous": a bound is proved, see `proved`; "numerical": the bound rests on a
+            multistart search; "none": no bound is known.
+        lower_bound: No plan has a smaller loss 1/√φ: ρ0 [m] for test-pose criteria. It rests on
+            the search, whatever is proved beside it.
         efficiency: φ of the plan over the bound: 0.9 means that at best 10 % of the experiments
             could be saved, where nothing was known before: then φ grows as their number.
         fresh_starts: Distinct fresh random starts that failed to refute the bound.
@@ -70,6 +74,7 @@ class Certificate:
         rarest: How many of all these starts found that load case of the support which fewest found.
         stopped: Whether no bound is known because the search was stopped before there was one.
         promise: Whether it speaks of what plans promise, errors of load cases included.
+        proved: What is proved; None if nothing is.
     """
 
     criterion: str
@@ -89,6 +94,12 @@ class Certificate:
     rarest: int = 0
     stopped: bool = False
     promise: bool = False
+    proved: Proved | None = None
+
+    @property
+    def gap(self) -> float:
+        """By which share the proved bound is below the one of the search; 1 if nothing is."""
+        return 1.0 if self.proved is None else 1.0 - self.proved.loss / self.lower_bound
 
     @property
     def missed(self) -> float:
@@ -97,6 +108,11 @@ class Certificate:
         Source: N starts all miss what a share s of them leads to with the chance (1 - s)^N.
         """
         return float(1.0 - 0.05 ** (1.0 / max(self.fresh_starts, 1)))
+
+    @property
+    def symbol(self) -> str:
+        """What is bounded, as people call it: "ρ0", "a promise"; the name of other criteria."""
+        return "a promise" if self.promise else CRITERIA[self.criterion].symbol or self.criterion
 
     @property
     def position_bound(self) -> float | None:
@@ -285,6 +301,39 @@ def certificate(study: Study, bound: Bound, worth: Assessment, count: int) -> Ce
         floored=bound.floored,
         left_out=left_out(study, design) if bound.floored else (),
         promise=aim.promise,
+    )
+
+
+def with_proof(
+    certificate: Certificate, aim: Aim, proved: Proved, *, feasible: bool = True
+) -> Certificate:
+    """The certificate of a plan with what was proved of its bound.
+
+    Args:
+        certificate: A numerical one.
+        aim: What the plan is to be good for.
+        proved: What was proved; nothing, if its loss is 0.
+        feasible: Whether the plan is; of others nothing is proved.
+
+    Raises:
+        InputError: the plan itself is better than what no plan is said to be: that proof is none.
+    """
+    if certificate.kind == "none" or proved.loss <= 0.0:
+        return certificate
+    value = certificate.efficiency * aim.value(certificate.lower_bound)
+    if feasible and aim.loss(value) < proved.loss * (1.0 - _SAME):
+        raise InputError(
+            f"of the criterion {certificate.criterion} the plan has {aim.loss(value):.9g}, where "
+            f"no plan is said to have less than {proved.loss:.9g}: such a proof is none"
+        )
+    share = min(value / aim.value(proved.loss), 1.0)
+    return replace(
+        certificate,
+        kind="rigorous",
+        # What is proved is known as well as anything that a search found.
+        lower_bound=max(certificate.lower_bound, proved.loss),
+        efficiency=max(certificate.efficiency, share),
+        proved=replace(proved, efficiency=share),
     )
 
 

@@ -99,8 +99,8 @@ def evaluate(
         repeats: (S,) repeats.
         claims: What is claimed: rho0 [m], lower_bound [m], efficiency, standard_error by joint,
             covariance as names and a matrix, criteria and promise by name, in SI; kind of the
-            certificate and its criterion, stopped_after, a number of generations, and unchecked,
-            what else the plan says that nothing here depends on.
+            certificate, its criterion, and what is proved; stopped_after, a number of generations,
+            and unchecked, what else the plan says that nothing here depends on.
         bound: Bound for this study and as many experiments.
         via: Configurations passed on the way, see `motion.Vias`; None: motions are not judged.
         asked: What the study itself asks for, to remark on plans of more; None: not said.
@@ -207,6 +207,8 @@ def false_claims(
         promised = claims.get("lower_bound", 0.0)
         if CRITERIA[study.criterion].is_position_error and promised > own * (1.0 + AGREE):
             yield claim_of("claims-bound", promised, own)
+        least = aim.loss(worth_by(aim, worth))
+        yield from _false_proof(study, claims, least * (1.0 + AGREE))
         if claims.get("efficiency", 0.0) > 1.0 + _ROUNDED:
             yield claim_of("claims-efficiency", claims["efficiency"], 1.0)
 
@@ -220,18 +222,41 @@ def _false_bounds(
     """
     promised, efficiency = claims.get("lower_bound", 0.0), claims.get("efficiency", 0.0)
     if bound.design is None:
-        if efficiency > 0.0:
+        if efficiency > 0.0 or claims.get("proved") is not None:
             yield Doubt("claims-no-bound", (study.criterion,), numbers={"claimed": efficiency})
         return
     m = study.experiments.count
     reached = float(bound.aim.criterion.value(bound.design.total[None])[0])
-    least = max(bound.aim.loss(m * reached), proof.lower_bound)
-    beyond = least * (1.0 + bound.aim.tolerance)
+    beyond = beyond_reach(bound, m, proof.lower_bound)
     if proof.position_bound is not None and promised > beyond:
         yield claim_of("claims-bound", promised, proof.position_bound)
+    yield from _false_proof(study, claims, beyond)
     most = min(worth_by(bound.aim, worth) / (m * reached), 1.0)
     if efficiency > max(most, proof.efficiency) * (1.0 + 2.0 * AGREE):
         yield claim_of("claims-efficiency", efficiency, proof.efficiency)
+
+
+def beyond_reach(bound: Bound, count: int, found: float = 0.0) -> float:
+    """No bound on plans of `count` experiments is above this: a design that is known reaches it.
+
+    Args:
+        bound: A bound that a search made.
+        count: Number of experiments.
+        found: The bound on the loss that is stated; nobody is refuted by less.
+    """
+    if bound.design is None:
+        return float("inf")
+    reached = float(bound.aim.criterion.value(bound.design.total[None])[0])
+    return max(bound.aim.loss(count * reached), found) * (1.0 + bound.aim.tolerance)
+
+
+def _false_proof(study: Study, claims: dict[str, Any], in_reach: float) -> Iterator[Doubt]:
+    """A proof that is claimed of a loss above what is in reach."""
+    proved = claims.get("proved")
+    if proved is not None and proved.loss > in_reach:
+        unit = "m" if CRITERIA[study.criterion].is_position_error else ""
+        numbers = {"claimed": proved.loss, "found": in_reach}
+        yield Doubt("claims-proved", numbers=numbers, unit=unit)
 
 
 def _false_at_test_poses(

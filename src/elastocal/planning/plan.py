@@ -6,7 +6,7 @@ In: a `Study`. Out: a `Plan`. Nothing is printed or written.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import NamedTuple, NoReturn
 
@@ -82,6 +82,7 @@ class Plan:
             home, where the straight motion is blocked [rad or m]; empty if none is.
         as_good: Where the plan stood that was to be as good as can be, before it was made robust;
             None if that is not asked for.
+        bound: What its certificate rests on, to be proved.
     """
 
     load_cases: LoadCases
@@ -98,6 +99,7 @@ class Plan:
     apart: float = 0.0
     stopped_after: int | None = None
     as_good: Standing | None = None
+    bound: Bound | None = field(default=None, repr=False, compare=False)
 
     @property
     def count(self) -> int:
@@ -255,6 +257,7 @@ def plan(
         apart=found.search.apart,
         stopped_after=found.generations if found.search.stopped else None,
         as_good=found.as_good,
+        bound=bound,
     )
 
 

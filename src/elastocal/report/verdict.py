@@ -20,6 +20,7 @@ from elastocal.wording.lists import counted, springs_in_short
 from elastocal.wording.numbers import given, length, length_and_unit, number, percent, small
 from elastocal.wording.plans import NOT_TRIED, floor_sentence, missed, only_of, searched
 from elastocal.wording.promises import promise_sentences
+from elastocal.wording.proofs import NOT_AGAIN, at_most, proof_sentences
 
 
 @dataclass(frozen=True)
@@ -100,13 +101,13 @@ def verdict(plan: Plan, random: Array | None) -> Verdict:
         headline != rho0,
         meaning,
         tuple(_tiles(plan, random)),
-        tuple(proof(plan.certificate)),
+        tuple(proof(plan.certificate, m)),
         tuple(_advice(plan)),
     )
 
 
-def proof(certificate: Certificate) -> list[str]:
-    """What kind of certificate it is, in honest words."""
+def proof(certificate: Certificate, count: int) -> list[str]:
+    """What kind of certificate it is, of a plan of `count` experiments, in honest words."""
     if certificate.stopped:
         return [f"The plan has no certificate: {NOT_TRIED}. A better plan is possible."]
     if certificate.kind == "none":
@@ -114,11 +115,12 @@ def proof(certificate: Certificate) -> list[str]:
             f"Criterion {certificate.criterion} has no certificate: it is not concave, so no bound "
             "on other plans exists, and a better plan is possible."
         ]
-    if certificate.kind != "numerical":
-        return [f"Certificate of kind {certificate.kind}."]
     c = certificate
+    proved = proof_sentences(c, count)
+    beside = "The bound of the search rests on a numerical certificate" if proved else ""
     sentences = [
-        "Numerical certificate: "
+        *([proved[0], " ".join((*proved[1:], NOT_AGAIN))] if proved else []),
+        f"{beside or 'Numerical certificate'}: "
         + searched(c.fresh_starts, c.attained, c.narrow_starts, c.narrow_attained, c.rarest),
         f"{missed(c.missed)} It rests on that search, not on a proof.",
     ]
@@ -147,8 +149,7 @@ def _tiles(plan: Plan, random: Array | None) -> list[Tile]:
             meaning = "Without errors of load cases; bound and efficiency speak of it."
         tiles.append(Tile("ρ₀", length(rho0), meaning))
     if bound is not None:
-        meaning = f"No plan with {counted(m, 'experiment')} can do better."
-        tiles.append(Tile("Lower bound", length(bound), meaning))
+        tiles += _bounds(certificate, bound, m)
     if np.isfinite(certificate.efficiency):
         saved = max(0.0, 100.0 * (1.0 - certificate.efficiency))
         under = "" if bound is not None else f" under criterion {certificate.criterion}"
@@ -158,6 +159,7 @@ def _tiles(plan: Plan, random: Array | None) -> list[Tile]:
             meaning = f"At most {number(gain, 2)} % to gain in the error{under}."
         if saved < 0.01:
             meaning = f"There is nothing left to gain{under}."
+        meaning = f"{meaning} {_by(certificate, in_error=before)}"
         tiles.append(Tile("Efficiency", percent(certificate.efficiency), meaning))
     if random is not None and len(random) and np.isfinite(promised):
         factor = float(np.median(random)) / promised
@@ -180,6 +182,28 @@ def _tiles(plan: Plan, random: Array | None) -> list[Tile]:
             meaning += ": the rest does not tell the compliances apart."
         tiles.append(Tile("After a loss", length(loss.rho0), meaning))
     return tiles
+
+
+def _bounds(certificate: Certificate, bound: float, count: int) -> list[Tile]:
+    """The bound of the search, and the one that is proved, if one is."""
+    every = f"No plan with {counted(count, 'experiment')} can do better"
+    if certificate.proved is None:
+        meaning = f"{every}, as far as a search finds: a numerical bound, not proved."
+        return [Tile("Lower bound", length(bound), meaning)]
+    proved = certificate.proved.loss
+    return [
+        Tile("Proved bound", length(proved, 4), f"{every}: a theorem about the model."),
+        Tile("Bound of the search", length(bound, 4), "By a search: not proved."),
+    ]
+
+
+def _by(certificate: Certificate, *, in_error: bool) -> str:
+    """What the share that could be gained rests on: in the error, or in experiments."""
+    proved = certificate.proved
+    if proved is None or not np.isfinite(proved.efficiency):
+        return "By a search, not proved."
+    share = np.sqrt(proved.efficiency) if in_error else proved.efficiency
+    return f"By a search; proved is {at_most(1.0 - float(share))} at most."
 
 
 def _advice(plan: Plan) -> list[str]:

@@ -25,6 +25,7 @@ from elastocal.study.criteria import CRITERIA, RHO0
 from elastocal.study.left_rigid import counted as counted_in
 from elastocal.study.study import Study
 from elastocal.terminal.blind import show_blind
+from elastocal.terminal.certificates import certificate_sentences
 from elastocal.terminal.console import micrometres, numbers, out, whole
 from elastocal.terminal.mends import show_mends
 from elastocal.terminal.studies import known_phrase
@@ -33,22 +34,16 @@ from elastocal.wording import ended, worded
 from elastocal.wording.lists import counted
 from elastocal.wording.numbers import described, number, readable, shown_unit
 from elastocal.wording.plans import (
-    NOT_TRIED,
-    floor_sentence,
     freedom,
     loss_sentence,
-    missed,
     only_of,
-    searched,
     searches_sentence,
     told,
 )
 from elastocal.wording.promises import WITHOUT, promise_sentences
+from elastocal.wording.proofs import proof_sentences
 from elastocal.wording.robust import robust_sentences
 from elastocal.wording.watch import watch
-
-_OPEN = 5e-5  # gap between a design and its bound from which on it is said, ...
-_OPEN_PROMISE = 1.1e-3  # ... where the search closes it no further
 
 MEASURED = (
     "a measurement file, whose configurations and loads are judged as a plan, with the noise of "
@@ -98,7 +93,8 @@ def show_plan(plan: Plan) -> None:
         out.print(Text(told(doubt, ended(worded(doubt))), style="yellow"))
     if plan.criterion != RHO0.name:
         out.print(Text(_by_criterion(plan)))
-    out.print(Text(certificate_sentence(plan.certificate, plan.count)))
+    for sentence in certificate_sentences(plan.certificate, plan.count):
+        out.print(Text(sentence))
     if plan.searches > 1:
         out.print(Text(searches_sentence(plan.searches, plan.apart)))
     out.print(Text(duration_sentence(plan.schedule)))
@@ -192,36 +188,6 @@ def _errors_of_plans(study: Study, results: Mapping[str, Evaluation]) -> Table:
     return table
 
 
-def certificate_sentence(certificate: Certificate, count: int) -> str:
-    """What the certificate says, in words."""
-    c = certificate
-    if c.stopped:
-        return f"No certificate: {NOT_TRIED}."
-    if c.kind == "none":
-        return (
-            f"No certificate: {c.criterion} is not concave, so no bound on the best plan is known."
-        )
-    share = 100.0 * (1.0 - np.sqrt(min(max(c.efficiency, 0.0), 1.0)))
-    room = f"efficiency {c.efficiency:.4f}, at most {share:.2g} % to gain in the error"
-    if c.position_bound is not None:
-        symbol = "a promise" if c.promise else CRITERIA[c.criterion].symbol
-        bound = f"{symbol} below {micrometres(c.position_bound)}"
-        sentence = f"No plan of {counted(count, 'experiment')} has {bound}: {room}"
-    else:
-        sentence = f"Against every plan of {counted(count, 'experiment')}, by {c.criterion}: {room}"
-    sentence += (
-        ". Numerical certificate: "
-        + searched(c.fresh_starts, c.attained, c.narrow_starts, c.narrow_attained, c.rarest)
-        + f" {missed(c.missed)}"
-    )
-    if c.peak_ratio > 1.0 + (_OPEN_PROMISE if c.promise else _OPEN) and not c.floored:
-        open_ = 100.0 * (c.peak_ratio - 1.0)
-        sentence += f" The search stopped early: the bound may be up to {open_:.2g} % too cautious."
-    if c.floored:
-        sentence += f" {floor_sentence(c.left_out)}"
-    return sentence
-
-
 def show_to_validate(robot: Robot, cases: ToValidate) -> None:
     """Load cases to validate with, and how far they are from what is fitted."""
     table = Table(
@@ -302,7 +268,9 @@ def show_evaluations(
     )
     promised = study.nuisance is not None
     more = ("promised",) if promised else ()
-    for column in ("plan", "m", "configs", "ρ0", *more, "bound", "efficiency", "verdict"):
+    proved = any(result.certificate.proved is not None for result in results.values())
+    bounds = ("proved", "bound") if proved else ("bound",)
+    for column in ("plan", "m", "configs", "ρ0", *more, *bounds, "efficiency", "verdict"):
         table.add_column(column, justify="left" if column in ("plan", "verdict") else "right")
     for name, result in results.items():
         proof, worth = result.certificate, result.assessment
@@ -317,6 +285,7 @@ def show_evaluations(
             str(len(result.repeats)),
             micrometres(result.assessment.rho0),
             *([micrometres(worth.promise.rho0)] if worth.promise else []),
+            *([_proved(proof)] if proved else []),
             bound,
             f"{proof.efficiency:.4f}" if known else "–",
             verdict,
@@ -336,6 +305,8 @@ def show_evaluations(
                 out.print(Text(f"{name}: {sentence}"))
         if result.measured:
             out.print(Text(f"{name}: {MEASURED}"))
+        for sentence in proof_sentences(result.certificate, result.count):
+            out.print(Text(f"{name}: {sentence}"))
         show_view(result.view, name)
         show_blind(result.blind, name)
         for doubt in (*result.objections, *result.unidentified):
@@ -362,6 +333,13 @@ def show_evaluations(
                         f"{100 * beaten:.3g} % of random plans are better"
                     )
                 )
+
+
+def _proved(certificate: Certificate) -> str:
+    """The bound that is proved, if one is."""
+    known = certificate.proved
+    shown = known is not None and certificate.position_bound is not None
+    return micrometres(known.loss) if known is not None and shown else "–"
 
 
 def _show_baseline(

@@ -32,7 +32,9 @@ def heading_html(subject: Subject, remarks: Sequence[str]) -> str:
     study = subject.study
     lines = [f"<b>{escape(study.name)}</b>"]
     seen = watch_of(study.constraints)
-    for text in (study.robot.name, watch(seen.watched, seen.unwatched), *remarks):
+    certificate = [subject.certificate] if subject.certificate else []
+    about = (study.robot.name, watch(seen.watched, seen.unwatched), *certificate, *remarks)
+    for text in about:
         lines.append(f"<span style='{_MUTED}'>{escape(text)}</span>")
     return f"<div style='{_BOX}'>{'<br>'.join(lines)}</div>"
 

@@ -57,6 +57,7 @@ class Subject:
         model: Compliances, None if no deflection is to be shown.
         sensitivity: Sensitivity at the certified design, None if there is none.
         width: Half width of intervals of the model, in standard errors.
+        certificate: What kind of certificate the plan has, as a sentence; empty without a plan.
     """
 
     study: Study
@@ -64,6 +65,7 @@ class Subject:
     model: ComplianceModel | None = None
     sensitivity: Sensitivity | None = None
     width: float = 1.959964
+    certificate: str = ""
 
     @property
     def tools(self) -> tuple[Tool, ...]:

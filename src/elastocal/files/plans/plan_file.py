@@ -21,6 +21,7 @@ from elastocal.files.plans.known_section import known_section
 from elastocal.files.plans.load_case_entries import columns, load_case_entries, load_cases_hash
 from elastocal.files.plans.path_entries import path_entries
 from elastocal.files.plans.promise_section import promise_section
+from elastocal.files.plans.proof_record import proof_beside
 from elastocal.files.plans.proposal_file import (
     Proposal,
     bound_key,
@@ -28,6 +29,7 @@ from elastocal.files.plans.proposal_file import (
     read_proposal,
     study_for,
 )
+from elastocal.files.plans.proved_section import proved_section
 from elastocal.files.plans.robust_section import robust_section
 from elastocal.files.plans.via_points import VIA, via_document
 from elastocal.files.study.embedded_study import study_in
@@ -40,8 +42,11 @@ from elastocal.planning.certificate import (
     certificate,
     confirmed,
     lower_bound,
+    with_proof,
 )
+from elastocal.planning.evaluation import beyond_reach
 from elastocal.planning.plan import Plan
+from elastocal.planning.proved import Proved
 from elastocal.planning.to_validate import ToValidate
 from elastocal.robot.chain import Robot
 from elastocal.robot.joint_kinds import KINDS
@@ -77,7 +82,8 @@ def read_plan(
     """The plan in a file, JSON or CSV by its ending.
 
     What the file claims of its worth is not read: assessment and certificate are computed anew,
-    for the criterion and the count it was made for. `evaluate` judges its claims.
+    for the criterion and the count it was made for. `evaluate` judges its claims. What it claims to
+    be proved counts if the record of the proof is beside it and shows that.
 
     Args:
         path: The file.
@@ -90,7 +96,8 @@ def read_plan(
         StudyError: the embedded study cannot be read.
     """
     proposal, study = read_with_study(path, study)
-    return judged(proposal, study, seed=seed, progress=progress)
+    proved, _ = proof_beside(proposal, study, Path(path).parent)
+    return judged(proposal, study, seed=seed, proved=proved, progress=progress)
 
 
 def read_with_study(path: str | Path, study: Study | None = None) -> tuple[Proposal, Study]:
@@ -111,7 +118,12 @@ def read_with_study(path: str | Path, study: Study | None = None) -> tuple[Propo
 
 
 def judged(
-    proposal: Proposal, study: Study, *, seed: int = 0, progress: Progress | None = None
+    proposal: Proposal,
+    study: Study,
+    *,
+    seed: int = 0,
+    proved: Proved | None = None,
+    progress: Progress | None = None,
 ) -> Plan:
     """A proposal as a plan: its worth and its certificate are computed, see `read_plan`.
 
@@ -119,6 +131,7 @@ def judged(
         proposal: The plan as somebody claims it.
         study: The study it is for, as it is written.
         seed: Of the bound.
+        proved: What is proved of the bound, which counts unless the new one refutes it.
         progress: Told what is going on.
     """
     study = study_for(proposal, study)
@@ -126,11 +139,14 @@ def judged(
     x = study.space.points(proposal.load_cases)
     bound = confirmed(study, bound, x, np.random.default_rng(0))
     worth = assess(study, proposal.load_cases, proposal.repeats)
+    proof = certificate(study, bound, worth, proposal.count)
+    if proved is not None and proved.loss <= beyond_reach(bound, proposal.count, proof.lower_bound):
+        proof = with_proof(proof, bound.aim, proved)
     return Plan(
         load_cases=proposal.load_cases,
         repeats=proposal.repeats,
         assessment=worth,
-        certificate=certificate(study, bound, worth, proposal.count),
+        certificate=proof,
         criterion=study.criterion,
         seed=proposal.seed or 0,
         study=study,
@@ -139,6 +155,7 @@ def judged(
         via=proposal.via,
         stopped_after=proposal.claims.get("stopped_after"),
         as_good=proposal.claims.get("as_good"),
+        bound=bound,
     )
 
 
@@ -280,6 +297,7 @@ def _certificate(robot: Robot, certificate: Certificate) -> dict[str, Any]:
                 load_case_entries(robot, certificate.support), certificate.weights, strict=True
             )
         ],
+        **proved_section(certificate),
     }
 
 

@@ -6,7 +6,7 @@ Keys of other programs may stand beside these.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from elastocal.errors import PlanFileError
 from elastocal.files.problems import first_problem
@@ -68,6 +68,44 @@ class PeakFile(OpenSection):
     ratio: AtLeastZero | None = None
 
 
+class ProvedDoubtFile(OpenSection):
+    """What a proof leaves out."""
+
+    code: str = ""
+    about: list[str] | None = None
+    numbers: dict[str, Finite] | None = None
+    unit: str = ""
+
+
+class ProvedFile(OpenSection):
+    """What is proved of the bound."""
+
+    lower_bound_mm: AtLeastZero | None = None
+    lower_bound: AtLeastZero | None = None
+    reachable_mm: AtLeastZero | None = None
+    reachable: AtLeastZero | None = None
+    gap: Share | None = None
+    efficiency: Share | None = None
+    largest: AtLeastZero | None = None
+    boxes: Natural | None = None
+    seconds: AtLeastZero | None = None
+    ended: Literal["reached", "time", "stopped", "open"] = "reached"
+    doubts: list[ProvedDoubtFile] | None = None
+    record: Name | None = None
+    sha256: str = ""
+
+    def contradiction(self) -> str:
+        """What is proved must be said, and be within reach."""
+        for bound, reach in (
+            (self.lower_bound_mm, self.reachable_mm),
+            (self.lower_bound, self.reachable),
+        ):
+            if bound is not None and reach is not None:
+                more = bound > reach * (1.0 + 1e-6)
+                return f"lower_bound {bound:g} is above reachable {reach:g}" * more
+        return "expected lower_bound_mm and reachable_mm, or lower_bound and reachable"
+
+
 class CertificateFile(OpenSection):
     """How far a plan can be from the best."""
 
@@ -85,6 +123,7 @@ class CertificateFile(OpenSection):
     left_out: list[str] | None = None
     peak: PeakFile | None = None
     continuous_design: list[WeighedCaseFile] | None = None
+    proved: ProvedFile | None = None
 
     def contradiction(self) -> str:
         """What starts reached, of as many starts as there were."""
@@ -97,6 +136,8 @@ class CertificateFile(OpenSection):
             some, among = getattr(self, key), [n for n in starts if n is not None]
             if some is not None and len(among) == len(starts) and some > sum(among):
                 return f"{key} is {some}, of only {sum(among)} starts"
+        if (self.kind == "rigorous") != (self.proved is not None):
+            return "a certificate is of kind 'rigorous' if, and only if, it has a section 'proved'"
         for key, bound in self.others.items():
             if key.endswith("_lower_bound_mm") and isinstance(bound, (int, float)) and bound < 0.0:
                 return f"{key}: expected 0 or a positive number, found {bound:g}"

@@ -25,6 +25,7 @@ from elastocal.files.plans.load_case_entries import (
 )
 from elastocal.files.plans.plan_schema import PlannedCasesFile, check_kinds
 from elastocal.files.plans.promise_section import claimed_promise
+from elastocal.files.plans.proved_section import claimed_proof
 from elastocal.files.plans.robust_section import claimed_standing
 from elastocal.files.plans.via_points import VIA, read_via, split_via
 from elastocal.files.tables.csv_table import FORCES, PLAIN, TORQUES, is_table, read_table
@@ -52,7 +53,8 @@ class Proposal:
         load_cases: S load cases.
         repeats: (S,) how often each is measured.
         claims: What the file says of itself: rho0 [m], lower_bound [m], efficiency,
-            standard_error {joint: rad/(N·m)}, criteria {name: SI}; whatever is there.
+            standard_error {joint: rad/(N·m)}, criteria {name: SI}; whatever is there. What it
+            claims to be proved, a `Proved`; None if that is nothing.
         study_hash: Hash of the study it was made from, empty if not said.
         criterion: Criterion it was made for, by the name it has today; empty if not said.
         named: What the file calls that criterion.
@@ -189,6 +191,7 @@ def proposal_in(document: dict[str, Any], path: Path, robot: Robot) -> Proposal:
         claims["kind"] = certificate["kind"]
     if certificate.get("criterion"):
         claims["certified"] = _name_today(certificate["criterion"], document)
+    claims["proved"] = claimed_proof(certificate, f"{path}: certificate")
     claims["unchecked"] = _unchecked(document, certificate)
     claims["criteria"] = _claimed_criteria(_section(document, "criteria"), path)
     origin = _section(document, "study")

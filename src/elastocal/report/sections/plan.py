@@ -18,6 +18,7 @@ from elastocal.planning.assessment import Assessment
 from elastocal.planning.plan import Plan
 from elastocal.planning.trade_off import TradeOff
 from elastocal.report import captions, tables
+from elastocal.report.charts.bounds import bounds_chart
 from elastocal.report.charts.comparison import comparison_chart
 from elastocal.report.charts.curve import curve_chart
 from elastocal.report.charts.hours import hours_chart
@@ -144,6 +145,10 @@ def _certificate(plan: Plan, drawn: Stage, proof: tuple[str, ...]) -> Values:
     certificate = plan.certificate
     return {
         "exists": certificate.kind != "none",
+        "kind": certificate.kind,
+        "bounds": _bounds(plan),
+        "record": "" if certificate.proved is None else certificate.proved.record,
+        "sha256": "" if certificate.proved is None else certificate.proved.sha256,
         "proof": proof,
         "ratio": number(certificate.peak_ratio, 6),
         "caption": captions.of_peak(certificate),
@@ -151,6 +156,16 @@ def _certificate(plan: Plan, drawn: Stage, proof: tuple[str, ...]) -> Values:
         "peak": tables.peak(plan),
         "support": tables.support(plan),
     }
+
+
+def _bounds(plan: Plan) -> Markup | None:
+    """Plan, bound of the search and proved bound; None where nothing is proved, or no length is."""
+    certificate, bound = plan.certificate, plan.certificate.position_bound
+    if certificate.proved is None or bound is None:
+        return None
+    worth, proved = plan.assessment, certificate.proved.loss
+    value = worth.promised if certificate.promise else worth.criteria[certificate.criterion]
+    return two_widths(lambda width: bounds_chart(value, bound, proved, width))
 
 
 def _alone(figure: DrawnCase, drawn: Stage) -> Markup:

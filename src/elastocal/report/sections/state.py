@@ -108,7 +108,7 @@ def _planned(plan: Plan) -> Step:
         what = "promised position error"
     said = f"{what} after compensation{only(plan)}, from {counted(plan.count, 'experiment')}"
     if np.isfinite(efficiency):
-        said += f"; efficiency {percent(efficiency)}"
+        said += f"; efficiency {percent(efficiency)}, {plan.certificate.kind} certificate"
     return Step("Planned", "verdict", length(promised), said + ".")
 
 
