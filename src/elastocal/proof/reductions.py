@@ -13,7 +13,7 @@ import numpy as np
 from elastocal.errors import Doubt
 from elastocal.proof.dropped import base_joint, dependent
 from elastocal.proof.roots import Interval, circles, sums, with_root
-from elastocal.proof.series import constraint_series, rows_series
+from elastocal.proof.series import FiniteSeries, constraint_series, rows_series
 from elastocal.proof.statement import HalvedVariable, HeldVariable, Statement
 from elastocal.proof.symmetries import Symmetry, symmetries
 
@@ -43,18 +43,23 @@ def reduced(statement: Statement) -> Reduced:
     base = base_joint(statement)
     held = () if base is None else (HeldVariable(base, "base"),)
     s = with_root(replace(statement, mix=sums(statement.joints)), held)
-    s, doubts = _without_flat(s)
-    return Reduced(_halved(s), doubts)
+    series, constraints = rows_series(s), constraint_series(s)
+    s, doubts = _without_flat(s, series, constraints)
+    if s.held != held:
+        series, constraints = rows_series(s), constraint_series(s)
+    return Reduced(_halved(s, symmetries(s, series, constraints)), doubts)
 
 
-def _without_flat(s: Statement) -> tuple[Statement, tuple[Doubt, ...]]:
+def _without_flat(
+    s: Statement, rows: FiniteSeries, constraints: tuple[FiniteSeries, ...]
+) -> tuple[Statement, tuple[Doubt, ...]]:
     """Variables held on which no row depends.
 
     Where a constraint depends on one it stays, if few are left anyway; else the constraint goes.
     """
-    needed = dependent(rows_series(s))
+    needed = dependent(rows)
     flat = [i for i in s.active.tolist() if i not in needed]
-    asked = [dependent(one) for one in constraint_series(s)]
+    asked = [dependent(one) for one in constraints]
     held, left_out, active = list(s.held), set[int](), len(needed)
     for i in flat:
         asking = {k for k, variables in enumerate(asked) if i in variables} - left_out
@@ -71,9 +76,9 @@ def _without_flat(s: Statement) -> tuple[Statement, tuple[Doubt, ...]]:
     return with_root(s, tuple(order)), doubts
 
 
-def _halved(s: Statement) -> Statement:
+def _halved(s: Statement, known: tuple[Symmetry, ...]) -> Statement:
     """The statement with as many variables halved as its symmetries allow."""
-    group, halves, used = list(symmetries(s)), dict[int, Interval](), list[HalvedVariable]()
+    group, halves, used = list(known), dict[int, Interval](), list[HalvedVariable]()
     round_ = circles(s)
     while True:
         choices: list[tuple[int, int, int, Interval, Symmetry, list[Symmetry]]] = []

@@ -6,8 +6,6 @@ derivatives are held against it, and it against the rest of the program.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from elastocal.arrays import Array
@@ -75,9 +73,17 @@ def rows(statement: Statement, x: Array) -> Array:
 
 
 def _rows(s: Statement, x: Array) -> Array:
-    arm = ArmAt(s, x)
-    load, seen, springs = s.load, s.seen, s.springs
-    steady = isinstance(load, SteadyLoad)
+    moved, pulled = _parts(s, x)
+    seen, k = s.seen, pulled.shape[2]
+    made = pulled[:, :, None, :] * seen[None, :, :, None]
+    found = moved @ made.reshape(*pulled.shape[:2], -1)
+    found = found.reshape(*moved.shape[:2], seen.shape[1], k)
+    return found[..., 0] if isinstance(s.load, SteadyLoad) else found
+
+
+def _parts(s: Statement, x: Array) -> tuple[Array, Array]:
+    """Of each spring what it moves, (N, rows, c), over the noise, and what it bears, (N, c, k)."""
+    arm, load, springs = ArmAt(s, x), s.load, s.springs
     forces = np.reshape(load.force, (3, 1)) if isinstance(load, SteadyLoad) else s.directions
     assert forces is not None
     size = 3 * len(s.markers) + 3 * (s.sigma_turn is not None)
@@ -98,10 +104,7 @@ def _rows(s: Statement, x: Array) -> Array:
             moved[:, 3 * m : 3 * m + 3, j] = velocity(end) / s.sigma
         if s.sigma_turn is not None and not slides:
             moved[:, -3:, j] = axis / s.sigma_turn
-    made = pulled[:, :, None, :] * seen[None, :, :, None]
-    found = moved @ made.reshape(len(x), len(springs), -1)
-    found = found.reshape(len(x), size, seen.shape[1], forces.shape[1])
-    return found[..., 0] if steady else found
+    return moved, pulled
 
 
 def size_of_rows(statement: Statement) -> float:
@@ -109,15 +112,11 @@ def size_of_rows(statement: Statement) -> float:
 
     Where they cancel, rounding is a share of this and not of B. The largest of a few points.
     """
-    s, largest = statement, 0.0
-    rng = np.random.default_rng(0)
+    s, rng = statement, np.random.default_rng(0)
     x = s.root[0] + (s.root[1] - s.root[0]) * rng.uniform(size=(32, len(s.joints)))
-    for j in np.flatnonzero(s.seen.any(axis=1)).tolist():
-        alone = np.zeros(s.make.shape[0])
-        alone[j] = 1.0
-        one = replace(s, make=alone[:, None] * s.make)
-        largest += float(np.abs(rows(one, x)).max())
-    return largest
+    moved, pulled = _parts(s, x)
+    sizes = np.linalg.norm(moved, axis=1) * np.linalg.norm(pulled, axis=2)
+    return float((sizes @ np.linalg.norm(s.seen, axis=1)).max())
 
 
 def sensitivity(statement: Statement, x: Array, force: Array | None = None) -> Array:

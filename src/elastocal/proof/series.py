@@ -8,17 +8,17 @@ derivatives of any order, and proofs that a function does not depend on a variab
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.polynomial import chebyshev
 
 from elastocal.arrays import Array, BoolArray, IntArray, freeze
-from elastocal.proof.reference import ArmAt, rows, size_of_rows, value_of
-from elastocal.proof.statement import DirectionOverPlane, PointOverPlane, Statement
+from elastocal.proof.reference import margins, rows, size_of_rows
+from elastocal.proof.statement import PointByDistance, Statement
 
-ROUNDING = 1e-12
-"""Share of the size of a function below which its coefficients are rounding."""
+ROUNDING = 2e-12
+"""Share of the size of a function that coefficients, summed up, may have and be rounding."""
 
 
 @dataclass(frozen=True)
@@ -102,23 +102,25 @@ def nodes(count: int, slides: bool, low: float, high: float) -> Array:
 
 
 def series_of(
-    statement: Statement,
-    function: Callable[[Array], Array],
-    degree: int,
-    size: float,
-    variables: IntArray | None = None,
+    statement: Statement, function: Callable[[Array], Array], degree: int, size: float
 ) -> FiniteSeries:
     """The series of a function of the points x of a statement.
 
     Args:
-        statement: The statement; variables that are not asked for stay where its root begins.
+        statement: The statement; variables without width stay where they are.
         function: Values (N, C) at points (N, n); of `degree` in each q that turns, and in what
             slides.
         degree: Its degree.
         size: How large the terms are that it is the sum of.
-        variables: Those that it depends on; the active ones if not given.
     """
-    chosen = statement.active if variables is None else variables
+    return _cut(_sampled(statement, function, degree, size))
+
+
+def _sampled(
+    statement: Statement, function: Callable[[Array], Array], degree: int, size: float
+) -> FiniteSeries:
+    """The same with all degrees that it could have."""
+    chosen = statement.active
     slides = statement.joints.slides[chosen]
     low, high = np.where(slides, statement.root[:, chosen], 0.0)
     # A variable that turns is in every joint value that it is mixed into.
@@ -137,7 +139,7 @@ def series_of(
             else turning_terms(values, count // 2)
         )
         found = np.moveaxis(np.tensordot(np.linalg.inv(terms), found, (1, axis)), 0, axis)
-    return _cut(FiniteSeries(chosen, slides, low, high, found, size, 0.0))
+    return FiniteSeries(chosen, slides, low, high, found, size, 0.0)
 
 
 def _cut(whole: FiniteSeries) -> FiniteSeries:
@@ -146,8 +148,8 @@ def _cut(whole: FiniteSeries) -> FiniteSeries:
     kept: list[slice] = []
     for axis, slides in enumerate(whole.slides.tolist()):
         others = tuple(other for other in range(length.ndim) if other != axis)
-        largest = length.max(axis=others)
-        last = int(np.flatnonzero(np.append(True, largest[1:] > ROUNDING * whole.size)).max())
+        tail = length.sum(axis=others)[::-1].cumsum()[::-1]  # of a term and all behind it
+        last = int(np.flatnonzero(np.append(True, tail[1:] > ROUNDING * whole.size)).max())
         kept.append(slice(last + 1 if slides else 2 * ((last + 1) // 2) + 1))
     inside = np.zeros(length.shape, dtype=bool)
     inside[tuple(kept)] = True
@@ -165,29 +167,26 @@ def _cut(whole: FiniteSeries) -> FiniteSeries:
     )
 
 
-def rows_series(statement: Statement, variables: IntArray | None = None) -> FiniteSeries:
+def rows_series(statement: Statement) -> FiniteSeries:
     """B(x), with C = rows · r components, times the k columns of a free load, which vary first."""
 
     def function(x: Array) -> Array:
         return rows(statement, x).reshape(len(x), -1)
 
-    return series_of(statement, function, 2, size_of_rows(statement), variables)
+    return series_of(statement, function, 2, size_of_rows(statement))
 
 
-def constraint_series(
-    statement: Statement, variables: IntArray | None = None
-) -> tuple[FiniteSeries, ...]:
+def constraint_series(statement: Statement) -> tuple[FiniteSeries, ...]:
     """The constraints, each of one component."""
+    if not statement.constraints:
+        return ()
+    reach = _reach(statement)
+    whole = _sampled(statement, lambda x: margins(statement, x), 2, 0.0)
     found = []
-    for constraint in statement.constraints:
-        of_degree_one = isinstance(constraint, PointOverPlane | DirectionOverPlane)
-
-        def function(x: Array, one: object = constraint) -> Array:
-            return value_of(one, ArmAt(statement, x))[:, None]  # type: ignore[arg-type]
-
-        x = statement.root.mean(axis=0)[None]
-        size = float(np.abs(function(x)).max()) + _reach(statement) ** (1 if of_degree_one else 2)
-        found.append(series_of(statement, function, 1 if of_degree_one else 2, size, variables))
+    for i, constraint in enumerate(statement.constraints):
+        own = np.ascontiguousarray(whole.coefficients[..., i : i + 1])
+        size = reach ** (2 if isinstance(constraint, PointByDistance) else 1) + np.abs(own).max()
+        found.append(_cut(replace(whole, coefficients=own, size=float(size))))
     return tuple(found)
 
 

@@ -17,7 +17,7 @@ from elastocal.arrays import Array, BoolArray, IntArray, freeze
 from elastocal.proof.dropped import same_at
 from elastocal.proof.reference import ArmAt
 from elastocal.proof.roots import circles
-from elastocal.proof.series import FiniteSeries, constraint_series, rows_series
+from elastocal.proof.series import FiniteSeries
 from elastocal.proof.statement import InCone, Statement, SteadyLoad
 
 _FEW = 4  # points by chance that a map is tried at first
@@ -47,18 +47,22 @@ class Symmetry:
         return x * self.signs + self.shifts
 
 
-def symmetries(statement: Statement) -> tuple[Symmetry, ...]:
+def symmetries(
+    statement: Statement, rows: FiniteSeries, constraints: tuple[FiniteSeries, ...]
+) -> tuple[Symmetry, ...]:
     """All symmetries of a statement with its whole root, but for the one that does nothing.
 
-    The statement has its mix and what is held; nothing is halved.
+    Args:
+        statement: With its mix and what is held; nothing is halved.
+        rows: Its rows.
+        constraints: Its constraints.
     """
     tried = _candidates(statement)
-    found = []
-    rng = np.random.default_rng(0)
+    found, rng = [], np.random.default_rng(0)
     low, high = statement.root
     few = low + (high - low) * rng.uniform(size=(_FEW, len(low)))
     many = low + (high - low) * rng.uniform(size=(_MANY, len(low)))
-    proof = _Proof(statement)
+    proof = _Proof(statement, rows, constraints)
     for one in tried:
         of = proof.constraints(one)
         if of is None or not same_at(statement, few, one.at(few), of):
@@ -116,10 +120,10 @@ def _keeps_ends(s: Statement, signs: Array, round_: BoolArray, flat: set[int]) -
 class _Proof:
     """Coefficients of the rows and of the constraints, and what maps make of them."""
 
-    def __init__(self, statement: Statement) -> None:
-        self._s = statement
-        self._series = rows_series(statement)
-        self._constraints = constraint_series(statement)
+    def __init__(
+        self, statement: Statement, rows: FiniteSeries, constraints: tuple[FiniteSeries, ...]
+    ) -> None:
+        self._s, self._series, self._constraints = statement, rows, constraints
 
     def constraints(self, one: Symmetry) -> IntArray | None:
         """(C,) which constraint each becomes; None if one becomes none of them."""
