@@ -258,7 +258,7 @@ static lanes rows_about(const Statement *s, const Arm *arm, const vector *axes,
             const int64_t body = s->bodies[k], slides = s->slide[k];
             moved *way = ways + k;
             if (m < s->markers) {
-                if (m != s->loaded) /* the way of the load point is there */
+                if (m || m != s->loaded) /* at first the way of the load point is there */
                     way_moved(s, arm, body, slides, axes[k], origins[k], points + m, way);
             } else {
                 axis_moved(s, arm, body, slides ? none() : axes[k], way);
