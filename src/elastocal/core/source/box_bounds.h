@@ -263,8 +263,9 @@ static void bound_boxes(const Statement *s, const Room *memory, const lanes *x, 
     fixed_load(s, &room, r, found, &o, &b1, &b2, share);
     lanes over = 2.0 * b1 * b2 + b2 * b2;
     lanes most = with_conditions(s, &room, count, rest, r, inverse, &o, part);
-    lanes length = root(larger(most + over, every(0.0)));
+    lanes length = root(larger(every(0.0), most + over)); /* not a number stays so */
     found->bound = (length + third) * (length + third);
+    found->bound = pick(found->bound >= 0.0, found->bound, every(INFINITY));
     for (int64_t i = 0; i < n; i++)
         found->weight[i] = part[i] + 2.0 * (b1 + b2) * share[i] + 6.0 * length * cubic[i];
 }

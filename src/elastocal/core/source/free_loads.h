@@ -198,7 +198,9 @@ static void bound_free(const Statement *s, const Room *room, int64_t count, cons
         const int64_t at = pair_of(p, p);
         for (int64_t i = 0; i < n; i++) g[i] = slope[i].at[at];
         for (int64_t i = 0; i < pairs; i++) h[i] = bend[i].at[at];
-        c = larger(c, zero.at[at] + largest_of_quadratic(n, g, h, r, inverse, 0));
+        lanes own = zero.at[at] + largest_of_quadratic(n, g, h, r, inverse, 0);
+        possible &= is_finite(own);
+        c = larger(c, own);
     }
     if (k == 3) {
         const int64_t at = pair_of(1, 2);
