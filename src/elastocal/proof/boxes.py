@@ -105,7 +105,7 @@ class Boxes:
         Returns:
             (N,) bounds, infinite where there is none; (N,) d at the centres; (N,) the variable to
             be halved, `layout.LEAF` if the bound is at most `aim`, `layout.OPEN` if no point of
-            the box is feasible.
+            the box is feasible, `layout.PENDING` if there is no variable.
         """
         boxes = np.ascontiguousarray(boxes, dtype=float)
         bounds, values = np.zeros(len(boxes)), np.zeros(len(boxes))

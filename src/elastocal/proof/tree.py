@@ -117,7 +117,7 @@ def divided(boxes: Boxes, aim: float, parts: int) -> Region:
             if k == OPEN:  # no point of it is feasible
                 symbol[node] = LEAF
                 continue
-            if k == LEAF:
+            if k in (LEAF, PENDING):
                 continue
             symbol[node], child[node] = k, len(symbol)
             for side in (-1.0, 1.0):

@@ -15,8 +15,8 @@ EXPORT int64_t NAMED(leaf)(int64_t joints, const uint8_t *symbols, int64_t count
 
 
 /* Bounds (N) of the sensitivity over boxes (N, 2 n) of [0, 1]^n, its values (N) at their centres,
- * and what is to be done (N): the variable to be halved, LEAF if the bound is below `aim`, OPEN
- * where no point of the box is allowed. */
+ * and what is to be done (N): the variable to be halved, PENDING if there is none, LEAF if the
+ * bound is below `aim`, OPEN where no point of the box is allowed. */
 EXPORT int64_t NAMED(bound)(const Statement *s, int64_t count, const double *boxes, double aim,
                             double *bounds, double *values, int64_t *splits) {
     void *block;
@@ -35,7 +35,8 @@ EXPORT int64_t NAMED(bound)(const Statement *s, int64_t count, const double *box
         for (int l = 0; l < LANES && first + l < count; l++)
             splits[first + l] = found.empty[l] ? OPEN
                                 : found.bound[l] <= aim ? LEAF
-                                                        : widest(s, &found, l);
+                                : n                     ? widest(s, &found, l)
+                                                        : PENDING;
     }
     free(block);
     return 0;

@@ -71,7 +71,7 @@ static int64_t search_box(const Statement *s, const Room *room, const double *ce
                           Outcome *outcome) {
     const int64_t n = s->joints, wide = 2 * n;
     int64_t stack_room = 4096, stacked = 1, answer = 0;
-    double *stack = malloc((size_t)(stack_room * wide) * sizeof *stack);
+    double *stack = malloc((size_t)(stack_room * wide + 1) * sizeof *stack);
     int32_t *nodes = malloc((size_t)stack_room * sizeof *nodes);
     Tree tree = {malloc(4096), malloc(4096 * sizeof(int32_t)), 1, 4096};
     memset(outcome, 0, sizeof *outcome);
@@ -118,7 +118,7 @@ static int64_t search_box(const Statement *s, const Room *room, const double *ce
             }
             const int64_t k = widest(s, &found, l);
             double *box = own + l * wide;
-            if ((s->upper[k] - s->lower[k]) * box[n + k] < smallest) {
+            if (!n || (s->upper[k] - s->lower[k]) * box[n + k] < smallest) {
                 if (!(found.bound[l] <= outcome->largest)) outcome->largest = found.bound[l];
                 tree.symbol[node[l]] = OPEN;
                 outcome->open++;
