@@ -178,7 +178,7 @@ def _plain(s: Statement, arm: Folded, third: Thirds, memory: Memory) -> PlainSta
     if directions is None:
         assert isinstance(load, SteadyLoad)
         directions = load.force[:, None]
-    cone = load if isinstance(load, InCone) else None
+    cone = load if isinstance(load, InCone) and load.half_angle < np.pi / 2.0 else None
     point = arm.placed(load.point)
     markers = [arm.placed(marker) for marker in s.markers]
     loaded = [m for m, marker in enumerate(markers) if np.array_equal(marker, point)]

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.arrays import Array, BoolArray, IntArray
+from elastocal.errors import InputError
 from elastocal.proof.reference import turned_about
 from elastocal.proof.statement import Statement
 
@@ -65,6 +66,9 @@ def folded(statement: Statement) -> Folded:
     """The arm of a statement as its root leaves it.
 
     A variable without width stays where another one that has some moves its joint.
+
+    Raises:
+        InputError: coordinates are mixed otherwise than the core can.
     """
     s, joints = statement, statement.joints
     moves = np.zeros(len(joints), dtype=bool)
@@ -99,6 +103,8 @@ def folded(statement: Statement) -> Folded:
         for j in np.flatnonzero(s.mix[i, :i]).tolist():
             if a and index[a - 1] == j and j == i - 1:
                 links[a] = -s.mix[i, j]
+            elif moves[j]:
+                raise InputError("sums of coordinates are for joints that follow each other")
             else:  # it stands still
                 starts[a] += s.mix[i, j] * s.root[0, j]
     limited = s.limited[index]
