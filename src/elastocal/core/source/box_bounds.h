@@ -230,8 +230,9 @@ static void bound_boxes(const Statement *s, const Room *memory, const lanes *x, 
     int64_t count = 0;
     for (; count < s->conditions; count++) {
         const Condition *c = s->condition + count;
-        condition_about(s, &arm, c, room.conditions + count);
-        rest[count] = third_order(n, c->third, r, 0);
+        lanes sizes = condition_about(s, &arm, c, room.conditions + count);
+        sizes *= CAUTION * EPSILON * (double)(n + 1); /* rounding */
+        rest[count] = third_order(n, c->third, r, 0) + sizes;
     }
     limits_about(s, &arm, &room, &count);
     for (int64_t c = 0; c < count; c++) {

@@ -206,6 +206,7 @@ static inline void by_coordinates(const Statement *s, lanes *first, lanes *secon
 
 /* The generalised force of a spring, with its derivatives, for each form. */
 typedef struct {
+    lanes size; /* of forces times ways, all forms together */
     lanes at[1 + MOST_JOINTS + PAIRS][MOST_FORMS];
 } pulled;
 
@@ -237,8 +238,11 @@ static lanes rows_about(const Statement *s, const Arm *arm, const vector *axes,
         const int64_t slides = s->slide[k];
         moved *way = ways + k;
         way_moved(s, arm, s->bodies[k], slides, axes[k], origins[k], load, way);
+        const lanes far = root(dot(way->at, way->at));
+        exerted[k].size = every(0.0);
         for (int64_t f = 0; f < s->forms; f++) {
             vector force = constant(s->forces + 3 * f);
+            exerted[k].size += root(dot(force, force)) * far;
             for (int64_t t = 0; t < terms; t++)
                 exerted[k].at[t][f] = dot(force, *term_of(way, n, t));
         }
@@ -247,6 +251,7 @@ static lanes rows_about(const Statement *s, const Arm *arm, const vector *axes,
         axis_moved(s, arm, s->bodies[k], axes[k], &along);
         for (int64_t f = 0; f < s->forms; f++) {
             vector moment = constant(s->moments + 3 * f);
+            exerted[k].size += root(dot(moment, moment));
             for (int64_t t = 0; t < terms; t++)
                 exerted[k].at[t][f] += dot(moment, *term_of(&along, n, t));
         }
@@ -263,11 +268,9 @@ static lanes rows_about(const Statement *s, const Arm *arm, const vector *axes,
             } else {
                 axis_moved(s, arm, body, slides ? none() : axes[k], way);
             }
-            lanes force = every(0.0);
-            for (int64_t f = 0; f < s->forms; f++) force += size_of(exerted[k].at[0][f]);
             double largest = 0.0;
             for (int64_t r = 0; r < rank; r++) largest += fabs(s->values[k * rank + r]);
-            sizes += (weight * largest) * (force * root(dot(way->at, way->at)));
+            sizes += (weight * largest) * (exerted[k].size * root(dot(way->at, way->at)));
         }
         for (int64_t f = 0; f < s->forms; f++) {
             vector *to = rows + (f * targets + m) * rank;
@@ -307,7 +310,8 @@ typedef struct {
     lanes at, first[MOST_JOINTS], second[PAIRS];
 } scalar;
 
-static void condition_about(const Statement *s, const Arm *arm, const Condition *c, scalar *g) {
+/* Finds a constraint; returns the size of what it is made of. */
+static lanes condition_about(const Statement *s, const Arm *arm, const Condition *c, scalar *g) {
     const int64_t n = s->joints;
     moved m;
     if (c->kind == DIRECTION_BOUND)
@@ -315,11 +319,14 @@ static void condition_about(const Statement *s, const Arm *arm, const Condition 
     else
         point_moved(s, arm, c->point, &m);
     vector normal = constant(c->normal);
+    lanes sizes = fabs(c->offset) + root(dot(normal, normal) * dot(m.at, m.at));
     if (c->kind == DISTANCE_BOUND) {
         vector weights = {every(2.0 * c->sign * c->weights[0]), every(2.0 * c->sign * c->weights[1]),
                           every(2.0 * c->sign * c->weights[2])};
         vector away = minus(m.at, normal);
+        sizes = root(dot(normal, normal)) + root(dot(m.at, m.at));
         normal = (vector){weights.x * away.x, weights.y * away.y, weights.z * away.z};
+        sizes = fabs(c->offset) + root(dot(normal, normal)) * sizes;
         g->at = 0.5 * dot(normal, away) - c->offset;
         for (int64_t j = 0; j < n; j++) {
             vector bent = {weights.x * m.first[j].x, weights.y * m.first[j].y,
@@ -338,6 +345,7 @@ static void condition_about(const Statement *s, const Arm *arm, const Condition 
         }
     }
     by_coordinates(s, g->first, g->second, 1);
+    return sizes;
 }
 
 #endif

@@ -177,8 +177,10 @@ static void bound_free(const Statement *s, const Room *room, int64_t count, cons
             share[j] += part;
         }
     }
+    lanes cautious = every(0.0);
     if (s->cone) {
         lanes m = cone_multiplier(s, &zero, &found->value);
+        cautious = CAUTION * EPSILON * m; /* it is large for narrow cones */
         add_cone(s, m, &zero);
     }
     lanes e[MOST_FORMS][MOST_FORMS];
@@ -191,7 +193,7 @@ static void bound_free(const Statement *s, const Room *room, int64_t count, cons
     const lanes over = 2.0 * b1 * b2 + b2 * b2;
     lanes length = root(every(aim)) - third;
     mask possible = length > 0.0;
-    lanes level = length * length - over; /* T */
+    lanes level = length * length - over - cautious; /* T */
     /* The largest eigenvalue of the rest. */
     lanes c = every(-INFINITY), across = every(0.0), g[MOST_JOINTS], h[PAIRS];
     for (int64_t p = 1; p < k; p++) {

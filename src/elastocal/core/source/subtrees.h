@@ -32,8 +32,9 @@ INLINE void box_in_x(const Statement *s, const lanes *center, const lanes *half,
                      lanes *r) {
     for (int64_t i = 0; i < s->joints; i++) {
         const double range = s->upper[i] - s->lower[i];
+        const double rounding = 4.0 * EPSILON * (fabs(s->lower[i]) + fabs(s->upper[i]));
         x[i] = s->lower[i] + range * center[i];
-        r[i] = range * half[i] * WIDER + 1e-14;
+        r[i] = range * half[i] * WIDER + 1e-14 + rounding;
     }
 }
 
