@@ -53,7 +53,7 @@ static void place_errors(const Space *s, Place *p) {
     }
     lanes square = every(0.0);
     for (int64_t t = 0; t < s->markers; t++) square += dot(e->total[t], e->total[t]);
-    square *= 1.0 / s->markers;
+    square *= 1.0 / (double)s->markers;
     const double share = size->discrepancy * size->discrepancy;
     e->root[0] = root(e->repeats * (share * square + size->length * size->length));
     if (width > s->markers)
