@@ -241,6 +241,22 @@ def test_a_tracker_at_its_best() -> None:
     assert s.sigma < best < np.sqrt(2.0) * far.deviations(np.array(nearest))[0] * (1.0 + 1e-12)
 
 
+def test_a_design_of_its_own_where_noise_is_left_out() -> None:
+    """It bounds closer what the statement keeps, and is still below every plan."""
+    study = example("kr270/tracker")
+    bound = bound_by_chance(study)
+    first, second = posed(study, bound), posed(study, bound, np.random.default_rng(0))
+    x = study.space.sample(400, np.random.default_rng(1))
+    cases = study.space.load_cases(x)
+    closer = [bound_at(one, cases.q, cases.wrench[:, :3]) for one in (first, second)]
+    assert closer[1] > 1.2 * closer[0]
+    for plan, repeats in chance_plans(study, 3):
+        cases = study.space.load_cases(plan)
+        each = study.space.information(cases)
+        total = np.einsum("i,ijk->jk", repeats.astype(float), each)
+        assert bound_at(second, cases.q, cases.wrench[:, :3]) < losses(study, total)["test-pose"]
+
+
 def test_noise_that_readings_share_is_left_out() -> None:
     study = robot("cobot-ur10e")
     shared = replace(study, instrument=CommonErrors(probed(study).instrument, 1e-5, 1e-4))

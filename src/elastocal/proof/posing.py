@@ -14,12 +14,15 @@ import numpy as np
 from elastocal import __version__
 from elastocal.arrays import Array
 from elastocal.constraints import BeamRange
+from elastocal.design.continuous import ContinuousDesign
 from elastocal.elastic.allowed_loads import FixedVector, FreeDirection, InPlane, Load
 from elastocal.elastic.arm import ElasticArm
 from elastocal.errors import Doubt, InputError
 from elastocal.measuring.instrument import Isotropic, LaserTracker, positions_of
+from elastocal.planning.aim import Aim
 from elastocal.planning.certificate import Bound
 from elastocal.proof.asked import asked
+from elastocal.proof.eased import eased_design
 from elastocal.proof.reference import sensitivity
 from elastocal.proof.statement import (
     AnyDirection,
@@ -33,6 +36,7 @@ from elastocal.proof.statement import (
 from elastocal.proof.used import used
 from elastocal.robot.chain import Robot
 from elastocal.robot.posture import Posture
+from elastocal.stopping import Stop
 from elastocal.study.experiment_space import LoadCaseSpace
 from elastocal.study.study import Study
 
@@ -55,14 +59,27 @@ class ToProve:
     doubts: tuple[Doubt, ...]
 
 
-def posed(study: Study, bound: Bound) -> ToProve:
+def posed(
+    study: Study,
+    bound: Bound,
+    rng: np.random.Generator | None = None,
+    stop: Stop | None = None,
+) -> ToProve:
     """The statement for a study and the numerical bound on its plans.
 
     V is M⁻¹K at the continuous design of the bound, scaled so that the largest sensitivity that
     was found is 1.
 
+    Args:
+        study: The study.
+        bound: The bound.
+        rng: Source of a search for a design of what the statement keeps, where it leaves out what
+            errs; None: that of the bound will do.
+        stop: Asked during that search whether to end.
+
     Raises:
         InputError: there is no bound, or of the study no proof can be made.
+        Stopped: the search was to end.
     """
     if bound.design is None:
         raise InputError("there is no bound to be proved: the search found none")
@@ -80,7 +97,10 @@ def posed(study: Study, bound: Bound) -> ToProve:
     turns = 0 if space.errors is None else space.errors.turns
     if space.errors is not None:
         doubts.append(Doubt("proof-without-errors"))
-    K, V = _asked_of_springs(study, bound, turns)
+    design = bound.design
+    if rng is not None and (about_noise or space.errors is not None):
+        design = eased_design(aim, sigma, sigma_turn, rng, stop)
+    K, V = _asked_of_springs(study, aim, design.total, turns)
     unknowns = (*space.unknowns.names, *(f"turn of all loads {i + 1}" for i in range(turns)))
     tool = space.arm.tool
     statement = Statement(
@@ -103,7 +123,7 @@ def posed(study: Study, bound: Bound) -> ToProve:
         count=aim.count,
         left_out=_left_out(doubts),
     )
-    return ToProve(_scaled(statement, bound), aim.beyond, tuple(doubts))
+    return ToProve(_scaled(statement, design), aim.beyond, tuple(doubts))
 
 
 def _refuse(study: Study, space: LoadCaseSpace) -> None:
@@ -120,25 +140,20 @@ def _refuse(study: Study, space: LoadCaseSpace) -> None:
         )
 
 
-def _asked_of_springs(study: Study, bound: Bound, turns: int) -> tuple[Array, Array]:
-    """K and V of the unknowns that make springs; rows of the others are zero in V.
+def _asked_of_springs(study: Study, aim: Aim, total: Array, turns: int) -> tuple[Array, Array]:
+    """K and V of the unknowns that make springs, at an information matrix of these at least.
 
-    Those are `turns` unknowns behind them, which turn all loads: they are taken as known.
+    The `turns` unknowns behind them, which turn all loads, are taken as known: their rows of V
+    are zero.
     """
-    assert bound.design is not None
-    total = bound.design.total
-    p = len(total) - turns
-    V = np.zeros((len(total), 0))
-    if not turns:
-        K, V = asked(study, bound.aim, total)
-    else:
-        # What the bound says of them is not in the rows of springs: M of the others alone.
-        whole = total.copy()
-        whole[p:, :p], whole[:p, p:] = 0.0, 0.0
-        K, V = asked(study, bound.aim, whole)
-        V = np.concatenate([V[:p], np.zeros((turns, V.shape[1]))])
-    size = np.linalg.norm(V, axis=1) * np.sqrt(np.diagonal(total))
-    V = np.where((size > _NOTHING * size.max())[:, None], V, 0.0)
+    size = aim.space.parameters
+    p = size - turns
+    whole = np.eye(size)
+    whole[:p, :p] = total[:p, :p]
+    K, V = asked(study, aim, whole)
+    V[p:] = 0.0
+    rows = np.linalg.norm(V, axis=1) * np.sqrt(np.diagonal(whole))
+    V = np.where((rows > _NOTHING * rows.max())[:, None], V, 0.0)
     return K, V
 
 
@@ -247,11 +262,10 @@ def _left_out(doubts: list[Doubt]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _scaled(statement: Statement, bound: Bound) -> Statement:
+def _scaled(statement: Statement, design: ContinuousDesign) -> Statement:
     """The same with V so that the largest sensitivity among the load cases found is 1."""
-    assert bound.design is not None
-    dual = bound.design.certificate
+    dual = design.certificate
     best = np.argsort(-dual.s_found)[:_TRIED]
-    x = np.concatenate([dual.x_found[best], dual.x_largest[None], bound.design.x])
+    x = np.concatenate([dual.x_found[best], dual.x_largest[None], design.x])
     largest = sensitivity(statement, x[:, : len(statement.joints)]).max()
     return replace(statement, V=statement.V / np.sqrt(largest))
