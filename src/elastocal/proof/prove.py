@@ -1,0 +1,348 @@
+"""Proof of a bound: no plan of a study has a smaller loss, as a theorem about its model.
+
+In: a `Study` and its numerical `Bound`. Out: a `Proof`, with the tree of boxes that shows it.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from elastocal.arrays import Array
+from elastocal.core.layout import OPEN
+from elastocal.core.library import Library, library
+from elastocal.errors import Doubt, ElastocalError, InputError
+from elastocal.planning.certificate import Bound
+from elastocal.proof.boxes import Boxes
+from elastocal.proof.branching import Branching, BranchingState
+from elastocal.proof.plain_data import as_data
+from elastocal.proof.posing import posed
+from elastocal.proof.reductions import reduced
+from elastocal.proof.reference import margins, quadratic_form, sensitivity, within
+from elastocal.proof.roots import into_root
+from elastocal.proof.statement import InCone, Statement, SteadyLoad
+from elastocal.proof.tree import Region, divided, leaf_at
+from elastocal.proof.trigonometric import Thirds, third_derivatives
+from elastocal.stopping import Stop
+from elastocal.study.study import Study
+
+GAPS = (0.2, 0.1, 0.05, 0.01, 1e-3, 1e-4)
+"""Gaps between the numerical bound on the loss and the proved one, in turn."""
+_SHORT = 5.0  # seconds within which a gap is proved at once
+_SOONER = 3.0  # times as long as what is proved before it
+_LOOK = 0.05  # share of the time that a prediction may take
+_LONGEST_LOOK = 3.0  # seconds
+_EFFORT = 0.3  # seconds of the first tables
+_SHARE = 0.1  # of the time that better tables may take
+_MOST_EFFORT = 60.0
+_KEEP = 20.0  # seconds after which what there is is kept
+_PARTS = 1024
+_WITNESSES = 60
+_AGREE = 1e-9
+_AROUND = 720  # directions on the edge of a cone
+
+
+class ProofError(ElastocalError):
+    """A proof contradicts itself: nothing is claimed."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a proof is.
+
+    Attributes:
+        gap: What is being proved: relative gap on the loss.
+        done: Share of it.
+        loss: What is proved already; 0: nothing.
+        boxes: Boxes looked at.
+        seconds: Since it began.
+        left: Seconds that this gap takes still, about; inf: not known.
+    """
+
+    gap: float
+    done: float
+    loss: float
+    boxes: int
+    seconds: float
+    left: float
+
+
+@dataclass(frozen=True)
+class Proof:
+    """What was proved.
+
+    Attributes:
+        statement: What of which arm, with U and the bound on the loss if anything is proved.
+        loss: No plan has a smaller one: ρ0 [m] for test poses; 0 if nothing is proved.
+        numerical: The bound that a search found, by the same V [m]; no proof of this V is above.
+        doubts: What is left out, so that it is weaker than it could be.
+        boxes: Boxes looked at.
+        seconds: How long it took.
+        predicted: Seconds that were predicted, by gap.
+        ended: Why it ended: "reached", "time", "stopped", "open": boxes as small as can be stay.
+        refuted: (K, n) feasible configurations, some with a larger d than the search found.
+        tree: Its boxes.
+    """
+
+    statement: Statement
+    loss: float
+    numerical: float
+    doubts: tuple[Doubt, ...]
+    boxes: int
+    seconds: float
+    predicted: tuple[tuple[float, float], ...]
+    ended: str
+    refuted: Array
+    tree: Region
+
+    @property
+    def gap(self) -> float:
+        """How far the proved bound is below the numerical one; 1 if nothing is proved."""
+        return 1.0 - self.loss / self.numerical
+
+
+def loss_of(s: Statement, beyond: float, largest: float) -> float:
+    """No plan of a statement has a smaller loss, if d is at most `largest`.
+
+    Source: Cauchy's inequality; see `statement.py`.
+    """
+    asked = float(np.einsum("pr,pr->", s.V, s.K))
+    known = float(np.einsum("pr,pq,qr->", s.V, s.B, s.V))
+    with np.errstate(divide="ignore"):
+        square = np.float64(max(asked, 0.0) ** 2) / (known + s.count * largest)
+    return float(np.sqrt(square + beyond))
+
+
+def largest_for(s: Statement, beyond: float, loss: float) -> float:
+    """How large d may be so that no plan has a smaller loss; infinite if that is sure anyway."""
+    asked = float(np.einsum("pr,pr->", s.V, s.K))
+    known = float(np.einsum("pr,pq,qr->", s.V, s.B, s.V))
+    if loss**2 <= beyond:
+        return np.inf
+    return (asked**2 / (loss**2 - beyond) - known) / s.count
+
+
+def prove(
+    study: Study,
+    bound: Bound,
+    *,
+    known: Array | None = None,
+    seconds: float | None = None,
+    gap: float = GAPS[-1],
+    threads: int | None = None,
+    progress: Callable[[Progress], None] | None = None,
+    predicted: Callable[[Sequence[tuple[float, float]]], None] | None = None,
+    stop: Stop | None = None,
+    resumed: tuple[Statement, Region] | None = None,
+    proved: Callable[[float, float], None] | None = None,
+    saved: Callable[[Statement, Region], None] | None = None,
+    rng: np.random.Generator | None = None,
+) -> Proof:
+    """Prove as much of a numerical bound as the time allows.
+
+    Args:
+        study: The study.
+        bound: What is to be proved of it.
+        known: (K, d) feasible design points, as of a plan: a proof must not exclude them.
+        seconds: How long it may take; None: as long as it does.
+        gap: What is far enough: relative gap on the loss.
+        threads: How many; as many as there are cores if not given.
+        progress: Told how far it is.
+        predicted: Told once how long the gaps will take, about [s].
+        stop: Asked now and then whether to end.
+        resumed: A proof of the same statement to go on with, as `read_proof` has it.
+        proved: Told each gap that has been proved, and the bound on the loss.
+        saved: Given what there is now and then, to be kept.
+        rng: Source of feasible points to try the proof with.
+
+    Raises:
+        InputError: there is no compiled core, or of the study no proof can be made; or what is to
+            be gone on with proves something else.
+        ProofError: a known point contradicts what was found.
+    """
+    compiled = library()
+    if compiled is None:
+        raise InputError(
+            "proofs need the compiled core, which is not here; `elastocal --version` says why. "
+            "Proofs that there are can be checked without it"
+        )
+    begun = time.monotonic()
+    asked = posed(study, bound)
+    smaller = reduced(asked.statement)
+    statement, beyond = smaller.statement, asked.beyond
+    points = _points(study, bound, known, rng or np.random.default_rng(0))
+    x = into_root(statement, points[:, : len(statement.joints)])
+    d = sensitivity(statement, x)
+    numerical = loss_of(statement, beyond, float(d.max()))
+    gaps = (*(g for g in GAPS if g > gap), gap)
+    thresholds = [largest_for(statement, beyond, numerical * (1.0 - g)) for g in gaps]
+    threads = threads or os.cpu_count() or 1
+    budget = np.inf if seconds is None else seconds
+
+    def ends() -> bool:
+        return time.monotonic() - begun > budget or (stop is not None and stop())
+
+    root = None if resumed is None else _gone_on_with(statement, *resumed)
+    search, times, third = _begun(compiled, statement, thresholds, threads, budget, root)
+    expected = tuple(zip(gaps, times, strict=True))
+    if predicted is not None:
+        predicted(expected)
+    ended, kept = "reached", time.monotonic()
+
+    def told(g: float, start: float, expected: float, loss: float, state: BranchingState) -> None:
+        nonlocal kept
+        now = time.monotonic()
+        if saved is not None and now - kept > _KEEP:
+            saved(_with(statement, third, search, loss), search.root)
+            kept = now
+        if progress is not None:
+            left = expected if state.done < 0.05 else (now - start) * (1.0 / state.done - 1.0)
+            progress(Progress(g, state.done, loss, state.boxes, now - begun, left))
+
+    for g, threshold, time_of in _ladder(expected, thresholds):
+        loss = loss_of(statement, beyond, search.proved)
+        if search.prove(threshold, ends, partial(told, g, time.monotonic(), time_of, loss)):
+            if proved is not None:
+                proved(g, loss_of(statement, beyond, search.proved))
+            continue
+        late = time.monotonic() - begun > budget
+        ended = "time" if late else "stopped" if ends() else "open"
+        break
+    largest = search.proved
+    _try(statement, search.boxes, search.root, x, d, largest)
+    loss = loss_of(statement, beyond, largest)
+    found = search.boxes.statement_points(search.at[None])
+    better = found[sensitivity(statement, found) > d.max() * (1.0 + _AGREE)]
+    shown = x[np.argsort(-d)[:_WITNESSES]]
+    witnesses = np.hstack([shown, _forces(statement, shown)])
+    return Proof(
+        statement=replace(_with(statement, third, search, loss), witnesses=witnesses),
+        loss=loss,
+        numerical=numerical,
+        doubts=(*asked.doubts, *smaller.doubts),
+        boxes=search.evaluated,
+        seconds=time.monotonic() - begun,
+        predicted=expected,
+        ended=ended,
+        refuted=better @ statement.mix.T,
+        tree=search.root,
+    )
+
+
+def _begun(
+    compiled: Library,
+    statement: Statement,
+    thresholds: Sequence[float],
+    threads: int,
+    budget: float,
+    root: Region | None,
+) -> tuple[Branching, list[float], Thirds]:
+    """A search with tables that are worth their time, and how long thresholds take about [s]."""
+    effort, look = _EFFORT, min(_LOOK * budget, _LONGEST_LOOK)
+    while True:
+        third = third_derivatives(statement, effort)
+        boxes = Boxes(compiled, statement, third)
+        first = divided(boxes, thresholds[0], _PARTS) if root is None else root
+        search = Branching(boxes, first, threads)
+        times = search.predicted(thresholds, look)
+        known = [t for t in times if np.isfinite(t)]
+        worth = min(_SHARE * min(known[-1] if known else np.inf, budget), _MOST_EFFORT)
+        if worth < 3.0 * effort or root is not None:
+            return search, times, third
+        effort = worth
+
+
+def _with(s: Statement, third: Thirds, search: Branching, loss: float) -> Statement:
+    """The statement with what is proved so far."""
+    largest = search.proved
+    if not np.isfinite(largest):
+        return replace(s, points=third.points)
+    return replace(s, points=third.points, largest=largest, rho0=loss)
+
+
+def _gone_on_with(statement: Statement, before: Statement, root: Region) -> Region:
+    """The tree of an earlier proof of the same statement.
+
+    Raises:
+        InputError: it is of another one.
+    """
+    known = replace(before, points=statement.points, largest=None, rho0=None, witnesses=np.zeros(0))
+    if as_data(known) != as_data(statement):
+        raise InputError(
+            "the proof file is of another study, or of another bound on its plans; give another "
+            "name to this one"
+        )
+    return root
+
+
+def _ladder(
+    expected: Sequence[tuple[float, float]], thresholds: Sequence[float]
+) -> list[tuple[float, float, float]]:
+    """Gap, threshold and time of what is proved in turn.
+
+    The last is always among them, others only where they come much sooner than what follows.
+    """
+    steps = [(g, t, s) for (g, s), t in zip(expected, thresholds, strict=True)]
+    taken = steps[-1:]
+    for step in reversed(steps[:-1]):
+        if taken[0][2] > max(_SHORT, _SOONER * step[2]) or np.isinf(taken[0][2]):
+            taken.insert(0, step)
+    return taken
+
+
+def _points(study: Study, bound: Bound, known: Array | None, rng: np.random.Generator) -> Array:
+    """(K, d) feasible design points: those of the search, those known, and some by chance."""
+    assert bound.design is not None
+    dual, space = bound.design.certificate, bound.aim.space
+    points = [dual.x_found, dual.x_largest[None], bound.design.x, space.sample(_WITNESSES, rng)]
+    x = np.concatenate(points if known is None else [*points, known])
+    return np.asarray(x[space.feasible(x)])
+
+
+def _try(s: Statement, boxes: Boxes, root: Region, x: Array, d: Array, largest: float) -> None:
+    """What is known to be feasible must be in leaves whose bound is not below it.
+
+    Raises:
+        ProofError: it is not, or nothing is known to be feasible.
+    """
+    held = (margins(s, x) >= 0.0).all(axis=1) & (within(s, x) >= 0.0).all(axis=1)
+    if not held.any():
+        raise ProofError("no load case is known to be feasible, so nothing is claimed")
+    for point, value in zip(x[held], d[held], strict=True):
+        found = leaf_at(boxes, root, boxes.in_root(point[None])[0])
+        if found is None:
+            continue  # the search ended before
+        bounds, _, kinds = boxes.bounds(found[0][None], np.inf)
+        if kinds[0] == OPEN or min(bounds[0], largest) < value * (1.0 - _AGREE):
+            q = ", ".join(f"{v:.9g}" for v in s.mix @ point)
+            raise ProofError(
+                f"the proof contradicts itself at the configuration {q} [rad, m]: d is {value:.9g} "
+                f"there, and its box was found to be "
+                f"{'empty' if kinds[0] == OPEN else f'at most {min(bounds[0], largest):.9g}'}; "
+                "nothing is claimed"
+            )
+
+
+def _forces(s: Statement, x: Array) -> Array:
+    """(N, 3) forces for which d is largest at points (N, n), nearly, at the edge of a cone [N]."""
+    if isinstance(s.load, SteadyLoad):
+        return np.tile(s.load.force, (len(x), 1))
+    directions, form = s.directions, quadratic_form(s, x)
+    assert directions is not None
+    u = np.linalg.eigh(form)[1][:, :, -1]
+    if isinstance(s.load, InCone):
+        axis, half = s.load.axis, s.load.half_angle
+        u = u * np.where(u @ axis < 0.0, -1.0, 1.0)[:, None]
+        across = np.linalg.svd(axis[None])[2][1:]
+        turn = np.linspace(0.0, 2.0 * np.pi, _AROUND, endpoint=False)
+        edge = np.cos(half) * axis + np.sin(half) * (
+            np.cos(turn)[:, None] * across[0] + np.sin(turn)[:, None] * across[1]
+        )
+        best = np.einsum("ak,nkl,al->na", edge, form, edge).argmax(axis=1)
+        u = np.where((u @ axis >= np.cos(half))[:, None], u, edge[best])
+    return np.asarray(u @ directions.T)
