@@ -17,7 +17,8 @@ from elastocal.study.criteria import RHO0
 from elastocal.study.study import Study
 
 _SHARP = 299.0  # one less than the sharpness of the means that stand in for a largest value
-_NOISE = 1e-8  # share of the squared loss that columns of K may have to be left out
+_LITTLE = 1e-5  # share of the squared loss that columns of K, together, have to be left out
+_NOISE = 1e-8  # share of the weights that members of a largest loss have to be left out
 
 CRITERIA_PROVED = (RHO0.name, "worst", "coordinate", "G", "A", "E")
 """Criteria for which there are proofs."""
@@ -38,7 +39,7 @@ def asked(study: Study, aim: Aim, total: Array) -> tuple[Array, Array]:
     inverse = scaled_inverse(total[None])[0]
     loss = rows @ inverse @ rows.T
     values, turn = np.linalg.eigh((loss + loss.T) / 2.0)
-    turn = turn[:, values > _NOISE * values.sum()][:, ::-1]
+    turn = turn[:, np.maximum(values, 0.0).cumsum() > _LITTLE * values.sum()][:, ::-1]
     asked_for = rows.T @ turn
     return asked_for, inverse @ asked_for
 
