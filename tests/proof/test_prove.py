@@ -17,6 +17,7 @@ from elastocal.proof.boxes import Boxes
 from elastocal.proof.branching import Branching
 from elastocal.proof.prove import ProofError, largest_for, loss_of, prove
 from elastocal.proof.record import proof_bytes, read_proof
+from elastocal.proof.reference import margins, sensitivity
 from elastocal.proof.statement import Statement
 from elastocal.proof.tree import Region, divided, is_complete, proved, symbols_of
 from elastocal.proof.trigonometric import third_derivatives
@@ -24,6 +25,7 @@ from elastocal.study.study import Study
 from tests.kr270 import kr270_study
 from tests.paper.problems import three_link_study
 from tests.paper.test_three_link import CONTINUOUS
+from tests.proof.bounds import bound_by_chance
 
 pytestmark = pytest.mark.skipif(library() is None, reason="proofs need the compiled core")
 
@@ -127,6 +129,21 @@ def test_the_loss_and_the_largest_d_that_allows_it(kr270: tuple[Study, Bound]) -
         loss = loss_of(s, beyond, 1.3)
         assert largest_for(s, beyond, loss) == pytest.approx(1.3)
     assert largest_for(s, 1.0, 0.5) == np.inf
+
+
+@pytest.mark.parametrize("study", [three_link_study(4), kr270_study()], ids=["free", "steady"])
+def test_a_better_point_ends_a_proof_that_cannot_be(study: Study) -> None:
+    """V is of load cases by chance, and no search looked for where d is largest."""
+    begun = time.monotonic()
+    found = prove(study, bound_by_chance(study), threads=1, seconds=30.0)
+    assert time.monotonic() - begun < 20.0
+    assert found.ended == "open"
+    (q,) = found.refuted
+    x = np.linalg.solve(found.statement.mix, q)[None]
+    assert (margins(found.statement, x) >= 0.0).all()
+    known = largest_for(found.statement, 0.0, found.numerical)
+    assert sensitivity(found.statement, x)[0] > known * (1.0 + 1e-4)
+    assert found.statement.largest is None or found.statement.largest > known
 
 
 def _library() -> Library:

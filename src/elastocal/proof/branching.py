@@ -49,7 +49,7 @@ class Branching:
         root: The tree.
         evaluated: Boxes looked at.
         best: Largest d at a feasible point that it met; -1: none.
-        at: (a,) where that was, in [0, 1].
+        at: (a,) where that was: the variables of the statement that move.
     """
 
     def __init__(self, boxes: Boxes, root: Region, threads: int) -> None:

@@ -84,7 +84,8 @@ class Proof:
         boxes: Boxes looked at.
         seconds: How long it took.
         predicted: Seconds that were predicted, by gap.
-        ended: Why it ended: "reached", "time", "stopped", "open": boxes as small as can be stay.
+        ended: Why it ended: "reached", "time", "stopped"; "open": boxes as small as can be stay, or
+            a feasible point was met where d is above what was to be proved.
         refuted: (K, n) feasible configurations, some with a larger d than the search found.
         tree: Its boxes.
     """
@@ -184,7 +185,7 @@ def prove(
     threads = threads or os.cpu_count() or 1
     budget = np.inf if seconds is None else seconds
 
-    def ends() -> bool:
+    def over() -> bool:
         return time.monotonic() - begun > budget or (stop is not None and stop())
 
     root = None if resumed is None else _gone_on_with(statement, *resumed)
@@ -206,17 +207,23 @@ def prove(
 
     for g, threshold, time_of in _ladder(expected, thresholds):
         loss = loss_of(statement, beyond, search.proved)
+
+        def ends(threshold: float = threshold) -> bool:
+            return over() or search.best > threshold
+
         if search.prove(threshold, ends, partial(told, g, time.monotonic(), time_of, loss)):
             if proved is not None:
                 proved(g, loss_of(statement, beyond, search.proved))
             continue
         late = time.monotonic() - begun > budget
-        ended = "time" if late else "stopped" if ends() else "open"
+        ended = "time" if late else "stopped" if over() else "open"
         break
     largest = search.proved
     _try(statement, search.boxes, search.root, x, d, largest)
     loss = loss_of(statement, beyond, largest)
-    found = search.boxes.statement_points(search.at[None])
+    found = statement.root[:1].copy()
+    if search.best > 0.0:
+        found[:, search.boxes.variables] = search.at
     better = found[sensitivity(statement, found) > d.max() * (1.0 + _AGREE)]
     shown = x[np.argsort(-d)[:_WITNESSES]]
     witnesses = np.hstack([shown, _forces(statement, shown)])
