@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,6 @@ import pytest
 
 from elastocal.calibration.arm_model import State
 from elastocal.calibration.calibrate import calibrate
-from elastocal.calibration.parameters import parameters_of
 from elastocal.calibration.prediction import predicted
 from elastocal.elastic.load_cases import LoadCases
 from elastocal.errors import StudyError
@@ -20,7 +20,7 @@ from elastocal.planning.assessment import assess
 from elastocal.planning.certificate import lower_bound
 from elastocal.programs.campaign_program import campaign_program
 from elastocal.programs.robot_program import Ask, Measure
-from elastocal.study.absolute import arm_model
+from elastocal.study.absolute import arm_model, unknowns_of
 
 STUDY = """\
 elastocal: 1
@@ -52,8 +52,20 @@ def file(tmp_path: Path) -> Path:
     return path
 
 
-def test_a_plan_is_worth_what_a_fit_to_its_readings_would_know(file: Path) -> None:
+NUISANCE = """\
+nuisance: {foot_turning_nrad_per_Nm: 900, foot_sliding_nm_per_N: 300, tilt_nrad_per_Nm: {A2: 800}}
+"""
+COMPENSATORS = """\
+compensators:
+  gas: {joint: A2, crank_mm: 150, reach_mm: 500, angle_deg: 20, rest_mm: 300}
+"""
+
+
+@pytest.mark.parametrize("besides", ["", NUISANCE, COMPENSATORS])
+def test_a_plan_is_worth_what_a_fit_to_its_readings_would_know(file: Path, besides: str) -> None:
     """The fit keeps all unknowns, also those that do the same, with their priors."""
+    text = STUDY.replace("A2, A3]", "A2, A3, compensator]") if "gas" in besides else STUDY
+    file.write_text(text + besides, encoding="utf-8")
     study, absolute = read_study(file), read_absolute_study(file)
     rng = np.random.default_rng(2)
     cases = study.space.load_cases(study.space.sample(14, rng))
@@ -74,19 +86,18 @@ def test_a_plan_is_worth_what_a_fit_to_its_readings_would_know(file: Path) -> No
         payload=np.append(hung, [-1, -1]),
         payloads=("weight",),
     )
-    from dataclasses import replace
-
     wrench = np.zeros((16, 6))
     wrench[14:] = np.vstack([t.wrench for t in test if t])
     at = replace(at, cases=LoadCases(at.cases.q, wrench))
-    parameters = parameters_of(model, at)
+    parameters = unknowns_of(absolute, model, at)
     state = State(
         np.eye(4)[None],
         np.asarray(absolute.tool.markers)[None],
         np.eye(3)[None],
         np.zeros(len(model.errors)),
-        np.zeros(3),
+        np.zeros(len(model.compliances)),
         np.array([[30.0, 1.5, 0.0, 1.8]]),
+        np.zeros(len(model.compensators)),
     )
     rows = predicted(model, at, parameters, state).rows
     read = rows[:28].reshape(-1, len(parameters)) / study.sigma
@@ -97,6 +108,26 @@ def test_a_plan_is_worth_what_a_fit_to_its_readings_would_know(file: Path) -> No
     for i, rho in enumerate(worth.rho0_each):
         own = rows[28 + 2 * i]  # the TCP is the first reflector
         assert rho == pytest.approx(np.sqrt(np.trace(own @ covariance @ own.T)), rel=1e-3)
+
+
+def test_nuisance_and_compensators_make_a_plan_worth_less(file: Path) -> None:
+    rho0, rng = [], np.random.default_rng(5)
+    x = read_study(file).space.sample(14, rng)
+    for besides in ("", NUISANCE, COMPENSATORS):
+        text = STUDY.replace("A2, A3]", "A2, A3, compensator]") if "gas" in besides else STUDY
+        file.write_text(text + besides, encoding="utf-8")
+        study = read_study(file)
+        worth = assess(study, study.space.load_cases(x), np.ones(14, dtype=np.int64))
+        assert len(worth.standard_error) == len(study.springs)
+        rho0.append(worth.rho0)
+    assert rho0[1] > 1.01 * rho0[0]
+    assert rho0[2] > 1.0001 * rho0[0]
+
+
+def test_errors_of_load_cases_are_refused(file: Path) -> None:
+    file.write_text(f"{STUDY}nuisance: {{friction: 0.1}}\n", encoding="utf-8")
+    with pytest.raises(StudyError, match="errors of loads are not for absolute readings"):
+        read_study(file)
 
 
 def test_what_does_the_same_is_left_out_but_for_one(file: Path) -> None:

@@ -11,18 +11,22 @@ import numpy as np
 
 from elastocal.arrays import Array, BoolArray, IntArray
 from elastocal.calibration.arm_model import ArmModel
-from elastocal.elastic.springs import VirtualJoints
+from elastocal.elastic.springs import VirtualJoints, joint_springs
 from elastocal.elastic.unknowns import Unknowns, each_spring, joined
+from elastocal.robot.compensators import lever_share
 from elastocal.robot.geometry import error_axes, turning
 
 _AXES = ("x", "y", "z")
 
 
-def unknown_columns(model: ArmModel, *, base: bool = True, tool: bool = True) -> Unknowns:
+def unknown_columns(
+    model: ArmModel, limits: Array, *, base: bool = True, tool: bool = True
+) -> Unknowns:
     """The unknowns of a model for one station and one mounting.
 
     Args:
-        model: Arm with its geometric errors and compliances.
+        model: Arm with its geometric errors, compliances and compensators.
+        limits: (2, n) joint values that are allowed, all finite [rad or m].
         base: Whether the pose of the base is unknown.
         tool: Whether the places of the reflectors are.
     """
@@ -31,6 +35,8 @@ def unknown_columns(model: ArmModel, *, base: bool = True, tool: bool = True) ->
         found = joined(found, each_spring(_base()))
     if tool:
         found = joined(found, each_spring(_reflectors(model)))
+    if model.compensators:
+        found = joined(found, each_spring(_compensated(model, limits)))
     return joined(found, model.compliances) if len(model.compliances) else found
 
 
@@ -58,6 +64,27 @@ def _geometry(model: ArmModel) -> VirtualJoints:
     errors = model.errors
     axes, points = error_axes(errors, np.zeros(len(errors)), model.robot.last)
     return _displacements(errors.names, errors.body, axes, points, turning(errors) == 0)
+
+
+def _compensated(model: ArmModel, limits: Array) -> VirtualJoints:
+    """What compensators turn their joints, at their largest levers."""
+    held = sorted(model.compensators, key=lambda one: int(model.robot.place[one.joint]))
+    in_joint = [joint_springs(model.robot, [model.robot.joint_names[c.joint]]) for c in held]
+    body, axis, origin, joint = (
+        np.concatenate([getattr(one, of) for one in in_joint])
+        for of in ("body", "axis", "origin", "joint")
+    )
+    count = len(held)
+    return VirtualJoints(
+        tuple(f"compensator {one.name}" for one in held),
+        body,
+        axis,
+        origin,
+        np.zeros(count, dtype=bool),
+        joint,
+        np.ones(count, dtype=bool),
+        by=tuple(lever_share(one, *limits[:, one.joint].tolist()) for one in held),
+    )
 
 
 def _displacements(

@@ -22,8 +22,9 @@ GEOMETRY_PRIOR = 2e-3
 Only combinations that readings cannot tell apart rest on it. Source: ours; robots are found to be
 off by some tenths of a millimetre and milliradian, and up to a few by zeros of joints.
 """
+TURNED = 2e-2
+"""Standard uncertainty of what a compensator turns its joint at its largest lever [rad]; ours."""
 _SOMEWHERE = 1.0  # m from where a reflector is thought to be; holds what a base does as well
-_TURNED = 2e-2  # rad by which a compensator may turn its joint
 _NOTHING_KNOWN = 1e-3  # rad/(N·m), m/N: a thousand times what joints of arms have
 
 
@@ -201,7 +202,7 @@ def parameters_of(
         compensators=c,
     )
     strength = [
-        _TURNED / max(float(np.abs(one.lever(positions.cases.q[:, one.joint])).max()), 1e-9)
+        TURNED / max(float(np.abs(one.lever(positions.cases.q[:, one.joint])).max()), 1e-9)
         for one in model.compensators
     ]
     return _with_prior(found, model, compliance_prior, geometry_prior, strength)

@@ -102,6 +102,7 @@ class Regressor:
         sliding: (T,) which twists slide; None if none does, so that nothing is masked.
         force: (3, 1, N) force [N].
         moment: (3, 1, N) moment [N·m], left out of the sums if `has_moment` is false.
+        levers: Shares of levers in place of y, by number of the spring, where compensators turn it.
         generalised_force: (p, N) y of eq. 2, what the wrench exerts on every virtual joint.
     """
 
@@ -139,6 +140,9 @@ class Regressor:
             y += self.weights.exerted
         if self.stiff is not None:
             y[self.stiff] = 1.0
+        self.levers = {s: share for s, share in enumerate(arm.springs.by) if share is not None}
+        for s, share in self.levers.items():
+            y[s] = share.at(posture.q)
         self.generalised_force = y
         only = arm.springs.only
         self.moved = [
@@ -177,6 +181,7 @@ class Regressor:
             y_bar = y_bar + dot(self.turns, cotangent[-3:])
             axis_bar = self._turning(self._spread(cotangent[-3:] * y))
         if self.stiff is not None:
+            levered = {s: y_bar[s] for s in self.levers}
             y_bar = np.where(self.stiff[:, None], 0.0, y_bar)
         if self.has_moment:
             moment = self._turning(self._spread(y_bar * self.moment))
@@ -193,6 +198,8 @@ class Regressor:
         q_bar = self._pull_points(spread, axis_bar)
         if self.weights is not None:
             q_bar = q_bar + self.weights.pull(self._spread(y_bar[None])[0])
+        for s, share in self.levers.items():
+            q_bar[share.compensator.joint] += levered[s] * share.slope(self.posture.q)
         return q_bar, wrench_bar
 
     def _pull_points(self, velocity_bars: list[Array | None], axis_bar: Array | None) -> Array:

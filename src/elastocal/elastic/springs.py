@@ -10,6 +10,7 @@ import numpy as np
 from elastocal.arrays import Array, BoolArray, IntArray, freeze, frozen
 from elastocal.errors import InputError
 from elastocal.robot.chain import Robot
+from elastocal.robot.compensators import LeverShare
 from elastocal.robot.joint_kinds import JointKind, kind_of
 
 
@@ -27,6 +28,8 @@ class VirtualJoints:
         stiff: (p,) True for a displacement that no load makes, as an error of the geometry: its
             column is v_j alone, not v_j y_j.
         only: (p,) the one marker that it moves, -1 where it moves all.
+        by: p compensators whose lever is in the column of such a displacement, None where there is
+            none: it is what the compensator turns its joint at the largest lever.
     """
 
     names: tuple[str, ...]
@@ -37,6 +40,7 @@ class VirtualJoints:
     joint: IntArray = field(default_factory=lambda: frozen([], np.int64))
     stiff: BoolArray = field(default_factory=lambda: frozen([], np.bool_))
     only: IntArray = field(default_factory=lambda: frozen([], np.int64))
+    by: tuple[LeverShare | None, ...] = ()
 
     def __post_init__(self) -> None:
         freeze(self, "body", dtype=np.int64)
@@ -50,6 +54,8 @@ class VirtualJoints:
         freeze(self, stiff=stiff, dtype=np.bool_)
         only = self.only if np.size(self.only) else np.full(len(self.names), -1)
         freeze(self, only=only, dtype=np.int64)
+        if not self.by:
+            object.__setattr__(self, "by", (None,) * len(self.names))
 
     @property
     def kinds(self) -> tuple[JointKind, ...]:
@@ -109,6 +115,7 @@ def merged(first: VirtualJoints, second: VirtualJoints) -> VirtualJoints:
         joint=joint[order],
         stiff=np.append(first.stiff, second.stiff)[order],
         only=np.append(first.only, second.only)[order],
+        by=tuple((*first.by, *second.by)[i] for i in order),
     )
 
 
@@ -124,4 +131,5 @@ def subset(springs: VirtualJoints, names: Sequence[str]) -> VirtualJoints:
         joint=springs.joint[kept],
         stiff=springs.stiff[kept],
         only=springs.only[kept],
+        by=tuple(springs.by[i] for i in kept),
     )

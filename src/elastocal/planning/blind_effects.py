@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -223,7 +223,7 @@ def _in_chain_order(groups: list[VirtualJoints]) -> tuple[VirtualJoints, IntArra
     """All springs in chain order, and where each of those given is among them."""
     body, joint = (np.concatenate([getattr(own, n) for own in groups]) for n in ("body", "joint"))
     order = np.lexsort((joint >= 0, body))
-    parts = {
+    parts: dict[str, Any] = {
         n: np.concatenate([getattr(own, n) for own in groups])[order]
         for n in ("body", "axis", "origin", "prismatic", "joint")
     }

@@ -81,7 +81,8 @@ def promise(
         information = study.prior + np.einsum("i,ijk->jk", repeats.astype(float), each_case)
     own = [study.fitted.names.index(name) for name in study.sought.names]
     beside = [study.fitted.names.index(name) for name in nuisance.names]
-    plain = _inverse(information[np.ix_(own, own)])
+    absolute = study.experiments.weighs  # what readings cannot tell rests on its prior then
+    plain = _inverse(information[np.ix_(own, own)], regular=absolute)
     told = WithErrors(study, nuisance)
     covariance = _with_errors(told, cases, repeats, information)
     blocks = [pose.regressors for pose in study.test_poses]
@@ -118,15 +119,18 @@ def _with_errors(
 ) -> Array:
     """(f + e, f + e) covariance of what is fitted and of e common errors."""
     if not told.nuisance.errors.any:
-        return _inverse(information)
+        return _inverse(information, regular=told.study.experiments.weighs)
     total = told.total(cases, repeats)
     return _inverse(total, len(told.study.fitted))
 
 
-def _inverse(information: Array, first: int | None = None) -> Array:
-    """Its inverse; infinite where that on the `first` unknowns is singular: the rest has priors."""
+def _inverse(information: Array, first: int | None = None, *, regular: bool = False) -> Array:
+    """Its inverse; infinite where that on the `first` unknowns is singular: the rest has priors.
+
+    If all have, it is `regular` anyway.
+    """
     sought = information[:first, :first]
-    if rank_of(sought) < len(sought):
+    if not regular and rank_of(sought) < len(sought):
         return np.full_like(information, np.inf)
     return np.asarray(scaled_inverse(information[None])[0])
 

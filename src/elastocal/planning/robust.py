@@ -169,7 +169,9 @@ def _by_default(study: Study) -> bool:
     Without nuisance plans are the best for ρ0, as ever.
     """
     limited = study.experiments.max_configurations is not None
-    return study.nuisance is not None and not limited and study.criterion == RHO0.name
+    absolute = study.experiments.weighs  # what counts there, `relieved` sees to
+    named = study.criterion == RHO0.name
+    return study.nuisance is not None and not limited and named and not absolute
 
 
 def robust(

@@ -51,9 +51,50 @@ class Compensator:
         """
         along = self.crank * self.reach
         ways = self.angle - np.asarray(q, dtype=float)
-        squared = self.crank**2 + self.reach**2 + 2.0 * along * np.cos(ways)
-        length = np.sqrt(np.maximum(squared, 1e-12))
-        return np.asarray(-(1.0 - self.rest / length) * along * np.sin(ways))
+        return np.asarray(-(1.0 - self.rest / self._length(ways)) * along * np.sin(ways))
+
+    def slope(self, q: Array) -> Array:
+        """(N,) derivative of the lever in the joint value [m²/rad]."""
+        along = self.crank * self.reach
+        ways = self.angle - np.asarray(q, dtype=float)
+        length = self._length(ways)
+        straight = (1.0 - self.rest / length) * along * np.cos(ways)
+        return np.asarray(straight - self.rest * (along * np.sin(ways)) ** 2 / length**3)
+
+    def _length(self, ways: Array) -> Array:
+        """(N,) length at angles (N,) from the line of both ends [m]."""
+        along = 2.0 * self.crank * self.reach * np.cos(ways)
+        return np.sqrt(np.maximum(self.crank**2 + self.reach**2 + along, 1e-12))
+
+
+@dataclass(frozen=True)
+class LeverShare:
+    """The lever of a compensator as a share of the largest there is in a range of its joint.
+
+    Attributes:
+        compensator: The compensator.
+        largest: That lever [m²].
+    """
+
+    compensator: Compensator
+    largest: float
+
+    def at(self, q: Array) -> Array:
+        """(N,) shares at configurations (n, N)."""
+        return self.compensator.lever(q[self.compensator.joint]) / self.largest
+
+    def slope(self, q: Array) -> Array:
+        """(N,) their derivatives in the joint value [1/rad]."""
+        return self.compensator.slope(q[self.compensator.joint]) / self.largest
+
+
+def lever_share(compensator: Compensator, lower: float, upper: float) -> LeverShare:
+    """The share of the lever where its joint has values from `lower` to `upper` [rad]."""
+    levers = compensator.lever(np.linspace(lower, upper, _STEPS))
+    return LeverShare(compensator, max(float(np.abs(levers).max()), 1e-9))
+
+
+_STEPS = 181
 
 
 def turning_joint(robot: Robot, name: str) -> int:

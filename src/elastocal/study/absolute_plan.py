@@ -7,16 +7,20 @@ as all of them together: what a plan is worth at a test pose does not depend on 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.calibration.columns import told_apart, unknown_columns
+from elastocal.calibration.parameters import TURNED
 from elastocal.elastic.arm import ElasticArm
 from elastocal.elastic.load_cases import LoadCases
+from elastocal.elastic.nuisance import Nuisance
 from elastocal.elastic.regressor import regressor
 from elastocal.elastic.springs import VirtualJoints, subset
+from elastocal.elastic.unknowns import Unknowns, each_spring, joined
 from elastocal.errors import InputError
 from elastocal.robot.payloads import Payload
 from elastocal.study.absolute import AbsoluteStudy, arm_model
@@ -33,11 +37,19 @@ class PlannedUnknowns:
 
     Attributes:
         columns: The p virtual joints that are told apart.
-        prior: (p, p) information there is before.
+        prior: (f, f) information there is before, on them and on the nuisance.
+        nuisance: What moves readings besides, that nobody asks for.
     """
 
     columns: VirtualJoints
     prior: Array
+    nuisance: Nuisance | None = None
+
+    @cached_property
+    def fitted(self) -> Unknowns:
+        """All f unknowns: those that are asked for, then the nuisance."""
+        each = each_spring(self.columns)
+        return each if self.nuisance is None else joined(each, self.nuisance.unknowns)
 
 
 def planned_unknowns(
@@ -54,17 +66,13 @@ def planned_unknowns(
     Raises:
         InputError: compliances are sought, and nothing loads the arm.
     """
-    model = arm_model(study)
-    if study.nuisance is not None:
-        raise InputError("plans for absolute readings know no nuisance yet; leave it out")
-    if study.compensators:
-        raise InputError("plans for absolute readings know no compensators yet; leave them out")
-    columns = unknown_columns(
-        model, base="base" in study.blocks, tool="tool" in study.blocks
-    ).springs
-    arm = ElasticArm(study.robot, columns, study.tool, study.gravity, payload, weighs=True)
+    model = arm_model(replace(study, nuisance=None))
     rng, n = np.random.default_rng(0), limits.shape[1]
     finite = np.where(np.isfinite(limits), limits, [[-np.pi], [np.pi]])
+    columns = unknown_columns(
+        model, finite, base="base" in study.blocks, tool="tool" in study.blocks
+    ).springs
+    arm = ElasticArm(study.robot, columns, study.tool, study.gravity, payload, weighs=True)
     q = rng.uniform(finite[0], finite[1], (_DRAWN, n))
     wrench = np.zeros((_DRAWN, 6))
     wrench[::2, :3] = force
@@ -77,17 +85,25 @@ def planned_unknowns(
         raise InputError(
             f"{unseen[0]!r}: nothing bends it: give the robot masses and gravity, or a load"
         )
-    rank = np.where(~columns.stiff, 0, np.where(geometry, 2, 1))
+    levered = np.array([share is not None for share in columns.by], dtype=bool)
+    rank = np.where(~columns.stiff | levered, 0, np.where(geometry, 2, 1))
     kept, share = told_apart(rows, np.argsort(rank, kind="stable"))
     known = np.where(geometry, study.geometry_prior, np.where(columns.stiff, _OPEN, _SOFT))
+    known[levered] = TURNED
     prior = np.linalg.inv((share * known**2) @ share.T)
     names = [columns.names[i] for i in kept]
-    return PlannedUnknowns(subset(columns, names), (prior + prior.T) / 2.0)
+    sought = subset(columns, names)
+    if study.nuisance is None:
+        return PlannedUnknowns(sought, (prior + prior.T) / 2.0)
+    p, u = len(sought), len(study.nuisance.unknowns)
+    both = np.zeros((p + u, p + u))
+    both[:p, :p], both[p:, p:] = (prior + prior.T) / 2.0, study.nuisance.information
+    return PlannedUnknowns(sought, both, study.nuisance)
 
 
 def absolute_pose(
     study: AbsoluteStudy,
-    columns: VirtualJoints,
+    unknowns: PlannedUnknowns,
     payload: Payload | None,
     case: LoadCases,
     *,
@@ -98,8 +114,10 @@ def absolute_pose(
 
     Its error is that of the arm, of base and reflectors: the TCP is off as the first reflector is.
     """
-    arm = ElasticArm(study.robot, columns, study.tool.at_tcp, study.gravity, payload, weighs=True)
-    return TestPose(name, regressor(arm, case)[0], weight, study.tool, case)
+    springs, tool = unknowns.fitted.springs, study.tool.at_tcp
+    arm = ElasticArm(study.robot, springs, tool, study.gravity, payload, weighs=True)
+    rows = unknowns.fitted.columns(regressor(arm, case)[0])
+    return TestPose(name, rows, weight, study.tool, case)
 
 
 def payloads_of(study: AbsoluteStudy, names: Sequence[str]) -> tuple[Payload | None, Array]:

@@ -101,6 +101,8 @@ class LoadCaseSpace:
     @cached_property
     def core(self) -> CompiledSpace | None:
         """The same in compiled code, where there is any that knows loads and instrument."""
+        if any(self.arm.springs.by):  # the core knows no compensators
+            return None
         library = core_library()
         return None if library is None else compiled(library, self)
 

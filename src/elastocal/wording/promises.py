@@ -45,7 +45,7 @@ def promise_sentences(rho0: float, promise: Promised | None, *, made_for_it: boo
         return [WITHOUT]
     said = []
     counts = "counts the springs of the nuisance" if promise.uncompensated > 0.0 else "is"
-    if promise.rho0 != rho0:
+    if abs(promise.rho0 - rho0) > 1e-9 * rho0:
         said.append(
             f"Promised: {length(promise.rho0)}, with 95 % below {length(promise.limit)}, with the "
             f"errors of load cases in the readings, which repeats share; ρ0 {counts} without these "

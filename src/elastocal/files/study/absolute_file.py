@@ -11,8 +11,11 @@ from typing import Literal
 import numpy as np
 
 from elastocal.elastic.allowed_loads import FixedVector, Load, ThereOrNot
+from elastocal.elastic.case_errors import CaseErrors
 from elastocal.elastic.load_cases import LoadCases
+from elastocal.elastic.nuisance import Nuisance
 from elastocal.elastic.springs import VirtualJoints, joint_springs, merged, subset
+from elastocal.elastic.typical import ERRORS
 from elastocal.errors import InputError, StudyError
 from elastocal.files.problems import first_problem
 from elastocal.files.sections import Section, SectionError, fresh
@@ -228,7 +231,7 @@ def _study(file: AbsoluteStudyFile, path: Path, text: str) -> AbsoluteStudy:
         instrument = instrument_of(file.instrument)
     with at("nuisance"):
         told = KnownJoints(file.robot if isinstance(file.robot, str) else "")
-        nuisance = nuisance_of(file.nuisance, robot, told, springs)
+        nuisance = _without_errors(nuisance_of(file.nuisance, robot, told, springs))
     study = AbsoluteStudy(
         robot=robot,
         tool=tool,
@@ -247,6 +250,22 @@ def _study(file: AbsoluteStudyFile, path: Path, text: str) -> AbsoluteStudy:
     if file.geometry_prior_mm is None:
         return study
     return replace(study, geometry_prior=file.geometry_prior_mm)
+
+
+def _without_errors(nuisance: Nuisance | None) -> Nuisance | None:
+    """What the fit finds of the nuisance; errors of load cases are in the noise that it finds.
+
+    Raises:
+        InputError: the study gives such errors.
+    """
+    if nuisance is None:
+        return None
+    if nuisance.errors not in (CaseErrors(), ERRORS):
+        raise InputError(
+            "friction, discrepancy, repeatability and errors of loads are not for absolute "
+            "readings, whose fit finds what the model leaves as noise; leave them out"
+        )
+    return replace(nuisance, errors=CaseErrors()) if len(nuisance.unknowns) else None
 
 
 def _hung(file: AbsoluteStudyFile) -> list[str]:
@@ -285,7 +304,7 @@ def _to_plan(file: AbsoluteStudyFile, study: AbsoluteStudy, path: Path) -> Study
             q = configuration(robot, pose)
             wrench = np.append(pose.force_N or [0.0] * 3, pose.torque_Nm or [0.0] * 3)
             case, name = LoadCases(q[None], wrench[None]), pose.name or f"test pose {i + 1}"
-            of = study, unknowns.columns, payload, case
+            of = study, unknowns, payload, case
             poses.append(absolute_pose(*of, name=name, weight=pose.weight))
     force: Load = ThereOrNot(weight) if weight.any() else FixedVector(np.zeros(3))
     with at("constraints"):
@@ -310,6 +329,7 @@ def _to_plan(file: AbsoluteStudyFile, study: AbsoluteStudy, path: Path) -> Study
             constraints=constraints,
             limits=limits,
             prior=unknowns.prior,
+            nuisance=unknowns.nuisance,
             controller=study.controller,
             name=study.name,
             text=study.text,
