@@ -13,7 +13,8 @@ from typer.testing import CliRunner
 from elastocal.cli import app
 from elastocal.files.measurements.positions_file import read_positions
 from elastocal.files.models.calibration_file import read_calibration
-from elastocal.files.models.model_file import read_model, true_frames_in
+from elastocal.files.models.model_file import read_model
+from elastocal.files.models.true_arm import true_frames_in
 from elastocal.files.study.absolute_file import read_absolute_study
 from tests.kr270 import FOLDER
 
@@ -107,6 +108,30 @@ def test_a_force_that_is_no_payload_is_refused(folder: Path) -> None:
     (folder / "poses.csv").write_text(text, encoding="utf-8")
     done = run("simulate", "study.yaml", "poses.csv", "--truth", "truth.json")
     assert done.exit_code == 2
+
+
+def test_compensators_hold_weight_and_are_kept_with_the_arm(folder: Path) -> None:
+    text = STUDY.replace("A5, A6]", "A5, A6, compensator]") + (
+        "compensators:\n  gas: {joint: A2, crank_mm: 220, reach_mm: 760, rest_mm: 400}\n"
+    )
+    (folder / "study.yaml").write_text(text, encoding="utf-8")
+    done = run("simulate", "study.yaml", "poses.csv", "--truth", "truth.json")
+    assert done.exit_code == 0, done.output
+    kept = json.loads((folder / "positions_truth.json").read_text("utf-8"))
+    assert kept["true_compensators_N_per_mm"]["gas"] > 1.0
+
+    on = ["--truth", "positions_truth.json", "--force"]
+    assert run("simulate", "study.yaml", "poses.csv", *on, "-o", "again.csv").exit_code == 0
+    del kept["true_compensators_N_per_mm"]
+    (folder / "positions_truth.json").write_text(json.dumps(kept), encoding="utf-8")
+    done = run("simulate", "study.yaml", "poses.csv", *on)
+    assert done.exit_code == 2
+    assert "the stiffness of gas" in " ".join(done.output.split())
+    kept["true_compensators_N_per_mm"] = {"coil": 3.0}
+    (folder / "positions_truth.json").write_text(json.dumps(kept), encoding="utf-8")
+    done = run("simulate", "study.yaml", "poses.csv", *on)
+    assert done.exit_code == 2
+    assert "the compensators of the study, gas; odd is 'coil'" in " ".join(done.output.split())
 
 
 def test_frames_of_another_arm_are_refused(folder: Path) -> None:

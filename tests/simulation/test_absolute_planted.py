@@ -14,6 +14,7 @@ from elastocal.calibration.parameters import parameters_of
 from elastocal.elastic.springs import joint_springs
 from elastocal.elastic.unknowns import each_spring
 from elastocal.robot.chain import Tool, transform
+from elastocal.robot.compensators import Compensator
 from elastocal.robot.geometry import geometric_errors
 from elastocal.robot.payloads import Payload
 from elastocal.robot.rotations import from_rotation_vectors
@@ -26,7 +27,8 @@ from elastocal.simulation.absolute_campaign import (
     alike,
     simulated_positions,
 )
-from elastocal.simulation.absolute_truth import TrueArm
+from elastocal.simulation.absolute_truth import TrueArm, drawn_displacements
+from elastocal.simulation.true_compensators import energy
 
 GRAVITY = np.array([0.0, 0.0, -9.80665])
 MASSES = (
@@ -60,22 +62,29 @@ def moved(kind: str, along: Array, size: float) -> Array:
     return transform(from_rotation_vectors(size * along[None])[0])
 
 
-def calibrated(displaced: Array, compliance: Array, seed: int) -> Calibration:
+def calibrated(
+    displaced: Array,
+    compliance: Array,
+    seed: int,
+    held: tuple[tuple[Compensator, float], ...] = (),
+) -> Calibration:
     rng = np.random.default_rng(seed)
-    arm = TrueArm(ROBOT, displaced, SPRINGS, compliance, GRAVITY, (LOAD,))
+    arm = TrueArm(ROBOT, displaced, SPRINGS, compliance, GRAVITY, (LOAD,), held)
     T = transform(from_rotation_vectors(np.array([[0.1, 0.2, 2.0]]))[0], [3.0, 1.0, -1.0])
     truth = AbsoluteTruth(arm, TOOL.markers[None], (TrueStation(T),))
     low, high = np.maximum(0.8 * ROBOT.lower, -2.5), np.minimum(0.8 * ROBOT.upper, 2.5)
     visits = Visits(rng.uniform(low, high, (60, 6)), payload=np.arange(60) % 2 - 1)
     read = simulated_positions(truth, TOOL, visits, rng, covariance=alike(1e-5))
-    model = ArmModel(ROBOT, TOOL, geometric_errors(ROBOT), each_spring(SPRINGS), GRAVITY, (LOAD,))
+    springs, own = each_spring(SPRINGS), tuple(one for one, _ in held)
+    model = ArmModel(ROBOT, TOOL, geometric_errors(ROBOT), springs, GRAVITY, (LOAD,), own)
     return calibrate(model, read, parameters_of(model, read))
 
 
 def arm_of(found: Calibration) -> tuple[list[str], Array, Array]:
     """Names, values and standard errors of geometry and compliances."""
     first = found.parameters.arm
-    values = np.concatenate([found.state.geometry, found.state.compliance])
+    state = found.state
+    values = np.concatenate([state.geometry, state.compliance, state.compensator])
     return list(found.parameters.names[first:]), values, found.standard_error[first:]
 
 
@@ -104,6 +113,31 @@ def test_a_compliance_planted_alone_is_found_alone(joint: int) -> None:
     expected[-4:] = compliance
     assert (np.abs(values - expected) < 4.5 * error).all()
     assert error[len(names) - 4 + joint] < 0.05 * compliance[joint]
+
+
+def test_a_compensator_is_found_beside_the_compliance_of_its_joint() -> None:
+    """The spring stands on the arm as it is, bent and off; half of the weight is on it."""
+    gas = Compensator("gas", 1, 0.25, 0.9, np.radians(20.0), 0.5)
+    compliance, stiffness = np.array([3e-7, 4e-7, 3e-6, 3e-6]), 2e4
+    rng = np.random.default_rng(4)
+    moved = drawn_displacements(ROBOT, 3e-4, 3e-4, rng)
+    found = calibrated(moved, compliance, 4, ((gas, stiffness),))
+    names, values, error = arm_of(found)
+    (product,) = found.state.compensator
+    at = names.index("compensator gas")
+    assert product == pytest.approx(compliance[0] * stiffness, abs=4.5 * error[at])
+    assert error[at] < 0.1 * product
+    soft = slice(names.index("A2"), names.index("A5") + 1)
+    assert (np.abs(values[soft] - compliance) < 4.5 * error[soft]).all()
+
+
+def test_energy_falls_by_the_moment_of_the_lever() -> None:
+    gas = Compensator("gas", 0, 0.3, 0.8, 0.4, 0.35)
+    q, step = np.linspace(-2.0, 2.0, 9), 1e-30
+    slope = energy(gas, 5e3, q + 1j * step).imag / step
+    assert -slope == pytest.approx(5e3 * gas.lever(q), rel=1e-12)
+    turned = (gas.lever(q + 1e-6) - gas.lever(q - 1e-6)) / 2e-6
+    assert gas.slope(q) == pytest.approx(turned, rel=1e-7)
 
 
 def test_what_nothing_tells_is_not_said_to_be_seen() -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +17,12 @@ from elastocal.cli.common import print_json, replaceable, writable
 from elastocal.cli.inputs import only_proposal
 from elastocal.errors import InputError
 from elastocal.files.measurements.positions_writing import write_positions
-from elastocal.files.models.model_file import read_model, true_frames_in
+from elastocal.files.models.model_file import read_model
+from elastocal.files.models.true_arm import (
+    TRUE_COMPENSATORS,
+    true_compensators_in,
+    true_frames_in,
+)
 from elastocal.files.models.true_frames import true_frames_section
 from elastocal.files.models.writing import write_model
 from elastocal.files.study.absolute_file import read_absolute_study
@@ -33,6 +39,7 @@ from elastocal.simulation.absolute_campaign import (
     simulated_positions,
 )
 from elastocal.simulation.absolute_truth import TrueArm, drawn_displacements
+from elastocal.simulation.true_compensators import drawn_stiffness
 from elastocal.simulation.virtual_campaign import Outliers
 from elastocal.study.absolute import AbsoluteStudy
 from elastocal.study.study import Study
@@ -77,7 +84,23 @@ def simulate_positions(
     which = np.repeat(np.arange(len(plan.load_cases)), plan.repeats)
     cases = plan.load_cases.chosen(which)
     carried, wrench = _carried(study, to_plan, cases.wrench)
-    arm = TrueArm(robot, frames, model.springs, model.compliance, study.gravity, study.payloads)
+    held = true_compensators_in(truth, [one.name for one in study.compensators])
+    if held is None:
+        if kept is None and study.compensators:
+            raise InputError(
+                f"{truth}: says how frames stand, but not {TRUE_COMPENSATORS}, the stiffness of "
+                f"{', '.join(one.name for one in study.compensators)}"
+            )
+        held = drawn_stiffness(study, np.random.default_rng([seed, 2]))
+    arm = TrueArm(
+        robot,
+        frames,
+        model.springs,
+        model.compliance,
+        study.gravity,
+        study.payloads,
+        tuple((one, held[one.name]) for one in study.compensators),
+    )
     rng = np.random.default_rng(seed)
     turned = float(np.sqrt(turn_covariance(study.instrument)[0, 0])) if study.tool.rotation else 0.0
     made = simulated_positions(
@@ -91,7 +114,9 @@ def simulate_positions(
     )
     write_positions(made, robot, out)
     if kept is not None:
-        sections = {"true_frames": true_frames_section(frames, robot)}
+        sections: dict[str, Any] = {"true_frames": true_frames_section(frames, robot)}
+        if held:
+            sections[TRUE_COMPENSATORS] = {name: k / 1e3 for name, k in held.items()}
         write_model(model, kept, robot, sections=sections)
     _say(made, out, kept, as_json=as_json)
 

@@ -17,8 +17,10 @@ from elastocal.arrays import Array, IntArray, freeze, unset
 from elastocal.elastic.springs import VirtualJoints
 from elastocal.errors import EquilibriumError, InputError
 from elastocal.robot.chain import Robot, T_body_joint, transform
+from elastocal.robot.compensators import Compensator
 from elastocal.robot.payloads import Payload
 from elastocal.robot.rotations import from_rotation_vectors
+from elastocal.simulation.true_compensators import energy
 
 ComplexArray = NDArray[np.complex128]
 
@@ -39,6 +41,7 @@ class TrueArm:
         compliance: (c,) what they give way [rad/(N·m) or m/N].
         gravity: (3,) acceleration that masses feel, base frame [m/s²].
         payloads: What hangs on the flange, as it is.
+        compensators: Springs that hold part of the weight at joints, each with its stiffness [N/m].
         wave: (n,) size of an error of each joint that repeats with its turns [rad or m].
         waves: (n,) how often in a turn, or in a metre.
         phase: (n,) where it is zero [rad].
@@ -51,6 +54,7 @@ class TrueArm:
     compliance: Array
     gravity: Array
     payloads: tuple[Payload, ...] = ()
+    compensators: tuple[tuple[Compensator, float], ...] = ()
     wave: Array = field(default_factory=unset)
     waves: Array = field(default_factory=unset)
     phase: Array = field(default_factory=unset)
@@ -159,6 +163,12 @@ class _Chain:
             frame = frame @ (place @ move @ np.linalg.inv(place))
         return frame
 
+    def _stands(self, compensator: Compensator, where: ComplexArray) -> ComplexArray:
+        """(N,) where the joint of a compensator stands, the springs being at `where`."""
+        joint = compensator.joint
+        own = self.arm.springs.joint == joint
+        return np.asarray(self.q[:, joint] + where[:, own].sum(axis=1))
+
     def forces(self, where: Array) -> Array:
         """(N, c) what all loads exert on the springs: slopes of their work [N·m or N]."""
         found = np.empty_like(where)
@@ -170,6 +180,8 @@ class _Chain:
             force = np.einsum("nc,nc->n", work, self.wrench[:, :3])
             for center, body, mass in self.weights:
                 force = force + mass * (bodies[body][:, :3, :] @ center) @ self.arm.gravity
+            for compensator, stiffness in self.arm.compensators:
+                force = force - energy(compensator, stiffness, self._stands(compensator, moved))
             falls = np.einsum(
                 "c,ncd,nd->n", self.arm.gravity, bodies[-1][:, :3, :3], self.hung[:, 1:]
             )

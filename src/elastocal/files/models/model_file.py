@@ -27,13 +27,13 @@ from elastocal.files.models.claims import (
     ProvenanceFile,
     refuse_false_claims,
 )
-from elastocal.files.models.true_frames import TrueFrameFile, displaced
+from elastocal.files.models.true_frames import TrueFrameFile
 from elastocal.files.models.true_loads import TrueLoadsFile
 from elastocal.files.problems import first_problem
 from elastocal.files.sections import After, Before, Section, SectionError, fresh
 from elastocal.files.study.springs import SpringFile, extra_springs, in_chain_order
 from elastocal.files.texts import is_version, json_document, read_text
-from elastocal.files.values import Finite, Matrix, Name, Positive
+from elastocal.files.values import Finite, Matrix, Name, NonNegative, Positive
 from elastocal.files.yaml_lines import Located, LocatedError, at, parse
 from elastocal.matrices import is_covariance, is_symmetric
 from elastocal.names import flaw
@@ -109,6 +109,7 @@ class ModelFile(Section):
     diagnostics: DiagnosticsFile | None = None
     true_loads: TrueLoadsFile | None = None
     true_frames: dict[Name, TrueFrameFile] | None = None
+    true_compensators_N_per_mm: dict[Name, NonNegative] | None = None
 
 
 def read_model(path: str | Path, robot: Robot, *, believed: bool = True) -> ComplianceModel:
@@ -131,7 +132,7 @@ def read_model(path: str | Path, robot: Robot, *, believed: bool = True) -> Comp
             refuse_false_claims(found, file.identification, file.diagnostics)
         return found
 
-    return _read(Path(path), model)
+    return read_through(Path(path), model)
 
 
 def model_sections(path: str | Path) -> dict[str, dict[str, Any]]:
@@ -140,7 +141,7 @@ def model_sections(path: str | Path) -> dict[str, dict[str, Any]]:
     Raises:
         ModelFileError: not a model file, or a section that is none; names line and key.
     """
-    document = _read(Path(path), lambda _, document: document)
+    document = read_through(Path(path), lambda _, document: document)
     return {key: document.get(key) or {} for key in ("provenance", "identification", "diagnostics")}
 
 
@@ -155,23 +156,7 @@ def true_loads_in(path: str | Path) -> TrueLoads | None:
         with at("true_loads"):
             return None if file.true_loads is None else file.true_loads.loads()
 
-    return _read(Path(path), loads)
-
-
-def true_frames_in(path: str | Path, robot: Robot) -> Array | None:
-    """(n + F + 1, 4, 4) where frames of a virtual robot are in those that are drawn [m].
-
-    None if the file does not say.
-
-    Raises:
-        ModelFileError: not a model file, or not the frames of this robot; names line and key.
-    """
-
-    def frames(file: ModelFile, _: dict[str, Any]) -> Array | None:
-        with at("true_frames"):
-            return None if file.true_frames is None else displaced(file.true_frames, robot)
-
-    return _read(Path(path), frames)
+    return read_through(Path(path), loads)
 
 
 def readings_in(path: str | Path) -> tuple[str, ...]:
@@ -185,7 +170,7 @@ def readings_in(path: str | Path) -> tuple[str, ...]:
     return (*(section.get("readings") or ()), *((measured,) if measured else ()))
 
 
-def _read(path: Path, made: Callable[[ModelFile, dict[str, Any]], _Made]) -> _Made:
+def read_through(path: Path, made: Callable[[ModelFile, dict[str, Any]], _Made]) -> _Made:
     """What is made of a model file; every error names file, line and key."""
     text = read_text(path)
     document = _parse(text, path)
