@@ -42,6 +42,18 @@ def test_a_line_comes_when_nothing_was_said_for_long(lines: io.StringIO) -> None
     assert lines.getvalue() == said
 
 
+def test_lines_that_stay_come_between(lines: io.StringIO, monkeypatch: pytest.MonkeyPatch) -> None:
+    """And what is said so counts as a word: the next one need not come sooner."""
+    monkeypatch.setattr(progress, "SILENCE", 0.3)
+    with redirect_stderr(lines), progress.progress_and_lines("proof") as (tell, stay):
+        tell("to 1 %", 0.3)
+        for _ in range(8):
+            time.sleep(0.05)
+            stay("proved: \x1b[2Ja bit")
+        assert lines.getvalue().splitlines() == 8 * ["proved: \\u001b[2Ja bit"]
+        assert "proof: to 1 % (" in waited(lines, "to 1 %")
+
+
 def test_nothing_is_said_of_what_is_soon_done(
     lines: io.StringIO, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -20,7 +20,14 @@ from elastocal.planning.proved import Proved
 from elastocal.report.charts.bounds import bounds_chart
 from elastocal.report.verdict import proof, verdict
 from elastocal.terminal.certificates import certificate_sentences
-from elastocal.wording.proofs import at_most, claimed_kind, duration, foretold, so_far
+from elastocal.wording.proofs import (
+    at_most,
+    claimed_kind,
+    duration,
+    foretold,
+    proved_length,
+    so_far,
+)
 from tests.report.examples import three_link_plan
 
 LEFT_OUT = (
@@ -72,13 +79,13 @@ def test_a_proof_that_the_plan_refutes_is_none() -> None:
 def test_what_is_said_is_what_is_proved() -> None:
     plan = certified()
     first, second = certificate_sentences(plan.certificate, plan.count)
-    loss = 1e6 * proved().loss
     assert first.startswith(
-        f"Rigorous certificate: no plan of 6 experiments has ρ0 below {loss:.4g} µm, so at most "
+        "Rigorous certificate: no plan of 6 experiments has ρ0 below "
+        f"{proved_length(proved().loss)}, so at most "
         "15 % can be gained in the error. This is proved, as a theorem about the model"
     )
     for words in (
-        "350\u202f005 boxes that cover all load cases were bounded, in 1 s.",
+        "350\u202f005 boxes, which cover all load cases, were bounded; the last run took 1 s.",
         "The proof does not use: A2 against A5, line of sight of M1; it holds for more",
         "The proof takes the noise of the tracker as 20",
         "5 % below the bound of the search, of which 1 % are for what it leaves out, as near as",
@@ -94,7 +101,7 @@ def test_what_is_said_is_what_is_proved() -> None:
     [
         ("time", "it ended when its time was over, and goes on from its record"),
         ("stopped", "it ended when it was stopped"),
-        ("open", "boxes as small as can be stayed open"),
+        ("open", "with what it uses no more can be proved"),
     ],
 )
 def test_an_unfinished_proof_says_so(ended: str, words: str) -> None:
@@ -106,7 +113,7 @@ def test_an_unfinished_proof_says_so(ended: str, words: str) -> None:
 
 def test_the_report_says_which_bound_is_which() -> None:
     tiles = {tile.name: tile for tile in verdict(certified(), None).tiles}
-    assert tiles["Proved bound"].value == f"{1e6 * proved().loss:.2f} µm"
+    assert tiles["Proved bound"].value == proved_length(proved().loss)
     assert "theorem" in tiles["Proved bound"].meaning
     assert "not proved" in tiles["Bound of the search"].meaning
     assert "proved is 27 % at most" in tiles["Efficiency"].meaning
@@ -170,6 +177,19 @@ def test_numbers_of_proofs_are_never_rounded_towards_more() -> None:
     assert at_most(0.2) == "20 %"
 
 
+def test_a_proved_length_is_never_rounded_up() -> None:
+    assert proved_length(60.7288e-6) == "60.72 µm"
+    assert proved_length(60.73e-6) == "60.73 µm"
+    assert proved_length(2.7e-6) == "2.700 µm"
+    assert proved_length(0.0) == "0 µm"
+    rng = np.random.default_rng(1)
+    for value in 10.0 ** rng.uniform(-7.0, -1.0, 300):
+        shown, unit = proved_length(value).split()
+        size = float(shown) * {"µm": 1e-6, "mm": 1e-3}[unit]
+        assert size <= value * (1.0 + 1e-9)
+        assert size >= value * (1.0 - 1.1e-3)
+
+
 def test_what_is_told_on_the_way() -> None:
     line = so_far("ρ0", 12, 2.71e-6, 2.782e-6, is_length=True)
     assert line == (
@@ -182,13 +202,15 @@ def test_what_is_told_on_the_way() -> None:
     gaps = (0.2, 0.1, 0.05, 0.01, 1e-3, 1e-4)
     times = (1.0, 2.0, 3.0, 4.2, 8.0, 12.0)
     assert foretold(list(zip(gaps, times, strict=True))) == (
-        "the proof takes about 1 s to 20 %, 4 s to 1 %, 12 s to 0.01 %"
+        "the proof takes about 1 s to 20 %, about 4 s to 1 %, about 12 s to 0.01 %"
     )
     late = list(zip(gaps, (30.0, 900.0, *[float("inf")] * 4), strict=True))
     assert foretold(late) == (
-        "the proof takes about 30 s to 20 %, 15 min to 10 %; how long 5 % takes cannot be foretold"
+        "the proof takes about 30 s to 20 %, about 15 min to 10 %; how long 5 % takes cannot be "
+        "foretold"
     )
     assert foretold([(0.2, float("inf"))]) == "how long the proof takes cannot be foretold"
+    assert foretold([(0.2, 0.1), (0.01, 0.7)]) == "the proof takes less than 1 s to 1 %"
     assert duration(8000.0) == "2.2 h"
 
 

@@ -15,8 +15,10 @@ from elastocal.wording import worded
 from elastocal.wording.lists import springs_in_short
 
 if TYPE_CHECKING:
+    from elastocal.errors import Doubt
     from elastocal.files.plans.proposal_file import Proposal
     from elastocal.measuring.measurements import Measurements
+    from elastocal.planning.certificate import Certificate
     from elastocal.study.known import Known
     from elastocal.study.study import Study
 
@@ -99,6 +101,22 @@ def note_before(name: str, proposal: Proposal, shown: Proposal) -> None:
         f"was made with {own.experiments if own else 'none'}",
         file=sys.stderr,
     )
+
+
+def note_proof(name: str, certificate: Certificate, doubt: Doubt | None) -> None:
+    """Say on standard error if a proof that a plan claims does not count.
+
+    Args:
+        name: What the plan is called.
+        certificate: The certificate that was made anew, with what counts as proved.
+        doubt: What is to be said of the record; None if no proof is claimed.
+    """
+    if doubt is None or certificate.proved is not None:
+        return
+    said = worded(doubt)
+    if doubt.code == "proof-not-checked":
+        said = "it claims a proof that the bound made anew refutes, so that it does not count"
+    print(f"note: {name}: {said}", file=sys.stderr)
 
 
 def refuse_false_claims(name: str, proposal: Proposal, study: Study) -> None:

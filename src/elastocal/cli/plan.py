@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -25,6 +26,14 @@ from elastocal.cli.common import (
     replaceable,
     writable,
 )
+from elastocal.cli.proof_options import (
+    Prove,
+    ProveGap,
+    ProveSeconds,
+    Record,
+    belongs_to_prove,
+    refuse_record,
+)
 from elastocal.errors import InfeasibleError, InputError
 
 if TYPE_CHECKING:
@@ -33,6 +42,7 @@ if TYPE_CHECKING:
     from elastocal.planning.certificate import Bound
     from elastocal.planning.evaluation import Evaluation
     from elastocal.planning.plan import Plan
+    from elastocal.planning.proved import Proved
     from elastocal.planning.to_validate import ToValidate
     from elastocal.study.study import Study
 
@@ -76,11 +86,16 @@ def plan_command(
         typer.Option(help="Stop after that long, with the best plan so far.", min=0.0),
     ] = None,
     workers: Workers = None,
+    prove: Prove = False,
+    prove_seconds: ProveSeconds = 60.0,
+    prove_gap: ProveGap = 0.01,
+    proof: Record = None,
     as_json: Json = False,
 ) -> None:
     """Plan the experiments; write plan.json and the run sheet plan.csv.
 
-    Ctrl-C ends the search with the best plan so far; a second one ends the program.
+    Ctrl-C ends the search with the best plan so far, and then the proof with what is proved so far;
+    a second one ends the program.
     """
     from elastocal.cli.inputs import known_in, sources_of
     from elastocal.cli.planning import planned_for_now
@@ -102,9 +117,21 @@ def plan_command(
     study = _overridden(study, count, max_configurations, criterion)
     if after:
         study = _rest(study, after, mapping, as_json)
+    belongs_to_prove(prove, proof)
+    if prove:
+        from elastocal.cli.proving import Proving, record_of, refuse_unprovable
+
+        how = Proving(prove_seconds, prove_gap / 100.0, record_of(out, proof), force)
+        writable(how.record, *given, out, sheet)
+        refuse_unprovable(study, how)
     for doubt in renamed(study):
         print(f"note: {worded(doubt)}", file=sys.stderr)
     made = planned_for_now(study, out, seed, workers, seconds)
+    if prove:
+        from elastocal.cli.proving import proved_plan
+
+        again = partial(planned_for_now, study, out, seed, workers, seconds)
+        made = proved_plan(made, out, how, again)
     beside = _to_validate(made, validate, others, seed) if validate else None
     if as_json:
         from elastocal.files.plans.plan_file import plan_document
@@ -118,7 +145,10 @@ def plan_command(
         from elastocal.terminal.plans import show_to_validate
 
         show_to_validate(made.study.robot, beside)
-    print(f"wrote {out} and {sheet}" if beside is None else f"wrote {out}, {sheet} and {others}")
+    names = [str(out), str(sheet)]
+    names += [str(how.record)] if prove and how.record.exists() else []
+    names += [] if beside is None else [str(others)]
+    print(f"wrote {', '.join(names[:-1])} and {names[-1]}")
 
 
 def _to_validate(made: Plan, count: int, out: Path, seed: int) -> ToValidate:
@@ -199,6 +229,11 @@ def evaluate_command(
     start: Start = None,
     seed: Seed = 1,
     workers: Workers = None,
+    prove: Prove = False,
+    prove_seconds: ProveSeconds = 60.0,
+    prove_gap: ProveGap = 0.01,
+    proof: Record = None,
+    force: Overwrite = False,
     as_json: Json = False,
 ) -> None:
     """Judge plans from the study alone; refuse what breaks a constraint or claims too much."""
@@ -206,6 +241,14 @@ def evaluate_command(
     from elastocal.cli.measured import as_proposal, measured_among, recomputed
     from elastocal.cli.origins import note_origin
     from elastocal.cli.planning import bound
+    from elastocal.cli.proving import (
+        Proving,
+        proved_for,
+        record_of,
+        refuse_unprovable,
+        with_claimed_proof,
+        with_what_is_proved,
+    )
     from elastocal.files.plans.proposal_file import study_for
     from elastocal.files.study.study_file import read_study
     from elastocal.planning.aim import is_for_promise
@@ -216,6 +259,7 @@ def evaluate_command(
     from elastocal.study.study import with_count
 
     study = read_study(study_file)
+    belongs_to_prove(prove, proof)
     if path is None:
         given = {"--tool": tool, "--force-n": force_n, "--torque-nm": torque_nm, "--start": start}
         if lone := [option for option, value in given.items() if value is not None]:
@@ -224,6 +268,7 @@ def evaluate_command(
         study = with_path(study, path, tool, load(force_n, torque_nm), start)
     results = {}
     bounds: dict[tuple[str, str, str, int, int], Bound] = {}
+    proofs: dict[tuple[str, str, str, int, int], Proved | None] = {}
     studies: dict[int, Study] = {}
     note_parted(plans)
     read = measured_among(plans, mapping)
@@ -255,12 +300,23 @@ def evaluate_command(
             wanted.criterion,
             "" if before is None else before.sha256 + str(hash(before.information.tobytes())),
             known,
-            m if wanted.prior.any() else 0,
+            m if prove or wanted.prior.any() else 0,
             wanted.experiments.max_configurations or 0 if is_for_promise(wanted) else 0,
         )
         if key not in bounds:
+            how = Proving(
+                prove_seconds,
+                prove_gap / 100.0,
+                record_of(files.get(name, Path(name)), proof, more=".evaluated"),
+                force,
+            )
+            if prove:
+                refuse_record(how.record, [study_file, *plans], taken=bool(bounds and proof))
+                refuse_unprovable(wanted, how)
             bounds[key] = bound(wanted, seed, workers)
-        results[name] = (
+            if prove:
+                bounds[key], proofs[key] = proved_for(wanted, bounds[key], proposal.load_cases, how)
+        result = (
             evaluate_measured(wanted, measured[name], bounds[key])
             if name in measured
             else evaluate(
@@ -273,6 +329,10 @@ def evaluate_command(
                 asked=written.experiments if name in proposed else None,
             )
         )
+        result = with_what_is_proved(result, bounds[key], proofs.get(key))
+        if name in files:
+            result = with_claimed_proof(result, proposal, written, files[name].parent)
+        results[name] = result
     rho0 = {}
     for m, wanted in studies.items() if random else ():
         rho0[m] = random_plans(with_count(wanted, m), random, seed=seed)

@@ -33,13 +33,21 @@ def planned(study: Study, out: Path, seed: int) -> Plan:
 
 
 def planned_for_now(
-    study: Study, out: Path, seed: int, workers: int | None, seconds: float | None
+    study: Study,
+    out: Path,
+    seed: int,
+    workers: int | None,
+    seconds: float | None,
+    bound: Bound | None = None,
 ) -> Plan:
-    """The same, but Ctrl-C and the end of so many seconds leave the best plan so far."""
+    """The same, but Ctrl-C and the end of so many seconds leave the best plan so far.
+
+    A bound that is known is not searched for again.
+    """
     with several_cores(workers or usable_cores()), progress("planning") as say:
         end = SearchEnd(say, seconds)
         with ended_by(end):
-            made = plan(study, seed=seed, progress=end.tell, stop=end)
+            made = plan(study, seed=seed, bound=bound, progress=end.tell, stop=end)
     write_pair(made, out)
     return made
 

@@ -90,11 +90,12 @@ def report_command(
         proposals,
         sources_of,
     )
-    from elastocal.cli.origins import note_before, note_origin, refuse_false_claims
+    from elastocal.cli.origins import note_before, note_origin, note_proof, refuse_false_claims
     from elastocal.cli.planning import note_broken
     from elastocal.cli.stages import stages, virtual_campaigns, write_report
     from elastocal.files.models.truth_file import read_truth
     from elastocal.files.plans.plan_file import judged
+    from elastocal.files.plans.proof_record import proof_beside
     from elastocal.files.plans.proposal_file import study_for
     from elastocal.planning.assessment import assess
     from elastocal.terminal.progress import progress
@@ -119,8 +120,10 @@ def report_command(
         note_origin(name, other, given, shown.known)
         note_before(name, other, proposal)
         refuse_false_claims(name, other, given)
+    proved, doubt = proof_beside(proposal, given, plan_file.parent)
     with progress("bound") as tell:
-        plan = judged(proposal, given, seed=seed, progress=tell)
+        plan = judged(proposal, given, seed=seed, proved=proved, progress=tell)
+    note_proof(plan_file.name, plan.certificate, doubt)
     others = {name: assess(plan.study, o.load_cases, o.repeats) for name, o in proposed.items()}
     contents = stages(plan.study, files, tool, confidence)
     contents = replace(contents, plan=plan, others=others)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from elastocal.errors import Doubt
 
 ENDS = ("reached", "time", "stopped", "open")
-"""Why proofs end: as near as was asked for, or before: out of time, stopped, boxes too small."""
+"""Why proofs end: as near as was asked for, or before: out of time, stopped, or no more is true."""
 
 
 @dataclass(frozen=True)

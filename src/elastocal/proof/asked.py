@@ -24,6 +24,19 @@ CRITERIA_PROVED = (RHO0.name, "worst", "coordinate", "G", "A", "E")
 """Criteria for which there are proofs."""
 
 
+def refuse_criterion(name: str) -> None:
+    """Refuse a criterion for which there is no proof.
+
+    Raises:
+        InputError: it is one.
+    """
+    if name not in CRITERIA_PROVED:
+        raise InputError(
+            f"there are proofs of bounds for the criteria {', '.join(CRITERIA_PROVED)}; the study "
+            f"plans for {name}"
+        )
+
+
 def asked(study: Study, aim: Aim, total: Array) -> tuple[Array, Array]:
     """K and M⁻¹K, (p, r) each, at an information matrix M of p unknowns.
 
@@ -49,11 +62,7 @@ def _rows(study: Study, aim: Aim, total: Array) -> Array:
     name, wanted = study.criterion, study.wanted
     if name == RHO0.name:
         return _of_test_poses(study, aim)
-    if name not in CRITERIA_PROVED:
-        raise InputError(
-            f"there are proofs of bounds for the criteria {', '.join(CRITERIA_PROVED)}; the study "
-            f"plans for {name}"
-        )
+    refuse_criterion(name)
     if name == "A":
         return np.eye(len(total))[wanted] / np.sqrt(len(wanted))
     if name == "E":

@@ -21,7 +21,7 @@ from elastocal.errors import Doubt, InputError
 from elastocal.measuring.instrument import Isotropic, LaserTracker, positions_of
 from elastocal.planning.aim import Aim
 from elastocal.planning.certificate import Bound
-from elastocal.proof.asked import asked
+from elastocal.proof.asked import asked, refuse_criterion
 from elastocal.proof.eased import eased_design
 from elastocal.proof.reference import sensitivity
 from elastocal.proof.statement import (
@@ -84,7 +84,7 @@ def posed(
     if bound.design is None:
         raise InputError("there is no bound to be proved: the search found none")
     aim, space = bound.aim, bound.aim.space
-    _refuse(study, space)
+    refuse(study, space)
     robot = space.arm.robot
     at_zero = Posture(robot, np.zeros((1, len(robot.joints))))
     sigma, sigma_turn, about_noise = _noise(space, at_zero)
@@ -126,8 +126,16 @@ def posed(
     return ToProve(_scaled(statement, design), aim.beyond, tuple(doubts))
 
 
-def _refuse(study: Study, space: LoadCaseSpace) -> None:
-    """What would make a proof false."""
+def refuse(study: Study, space: LoadCaseSpace) -> None:
+    """Refuse a study of which there is no proof, as far as one can tell before there is a bound.
+
+    Args:
+        study: The study.
+        space: Its load cases, or those of what its plans promise.
+
+    Raises:
+        InputError: says what there is no proof of.
+    """
     robot, springs = space.arm.robot, space.arm.springs
     if robot.follows:
         raise InputError(
@@ -138,6 +146,8 @@ def _refuse(study: Study, space: LoadCaseSpace) -> None:
             "nothing is taken off the readings of this study; of absolute readings there is no "
             "proof"
         )
+    refuse_criterion(study.criterion)
+    _load(space.force, space.moment, np.zeros(3))
 
 
 def _asked_of_springs(study: Study, aim: Aim, total: Array, turns: int) -> tuple[Array, Array]:

@@ -20,7 +20,7 @@ from elastocal.wording.lists import counted, springs_in_short
 from elastocal.wording.numbers import given, length, length_and_unit, number, percent, small
 from elastocal.wording.plans import NOT_TRIED, floor_sentence, missed, only_of, searched
 from elastocal.wording.promises import promise_sentences
-from elastocal.wording.proofs import NOT_AGAIN, at_most, proof_sentences
+from elastocal.wording.proofs import NOT_AGAIN, at_most, proof_sentences, proved_length
 
 
 @dataclass(frozen=True)
@@ -192,7 +192,7 @@ def _bounds(certificate: Certificate, bound: float, count: int) -> list[Tile]:
         return [Tile("Lower bound", length(bound), meaning)]
     proved = certificate.proved.loss
     return [
-        Tile("Proved bound", length(proved, 4), f"{every}: a theorem about the model."),
+        Tile("Proved bound", proved_length(proved), f"{every}: a theorem about the model."),
         Tile("Bound of the search", length(bound, 4), "By a search: not proved."),
     ]
 

@@ -41,7 +41,7 @@ from elastocal.wording.plans import (
     told,
 )
 from elastocal.wording.promises import WITHOUT, promise_sentences
-from elastocal.wording.proofs import proof_sentences
+from elastocal.wording.proofs import proof_sentences, proved_length
 from elastocal.wording.robust import robust_sentences
 from elastocal.wording.watch import watch
 
@@ -305,8 +305,8 @@ def show_evaluations(
                 out.print(Text(f"{name}: {sentence}"))
         if result.measured:
             out.print(Text(f"{name}: {MEASURED}"))
-        for sentence in proof_sentences(result.certificate, result.count):
-            out.print(Text(f"{name}: {sentence}"))
+        if said := proof_sentences(result.certificate, result.count):
+            out.print(Text(f"{name}: {' '.join(said)}"))
         show_view(result.view, name)
         show_blind(result.blind, name)
         for doubt in (*result.objections, *result.unidentified):
@@ -339,7 +339,7 @@ def _proved(certificate: Certificate) -> str:
     """The bound that is proved, if one is."""
     known = certificate.proved
     shown = known is not None and certificate.position_bound is not None
-    return micrometres(known.loss) if known is not None and shown else "–"
+    return proved_length(known.loss) if known is not None and shown else "–"
 
 
 def _show_baseline(

@@ -66,13 +66,13 @@ def proof_sentences(certificate: Certified, experiments: int) -> list[str]:
         return []
     every = counted(experiments, "experiment")
     gain = at_most(1.0 - math.sqrt(min(max(proved.efficiency, 0.0), 1.0)))
-    said = f"no plan of {every} has {symbol} below {length(proved.loss, 4)}, so "
+    said = f"no plan of {every} has {symbol} below {proved_length(proved.loss)}, so "
     if certificate.position_bound is None:
         said = f"against every plan of {every}, by {symbol}, "
     sentences = [
         f"Rigorous certificate: {said}at most {gain} can be gained in the error. This is proved, "
         f"as a theorem about the model: its {MODEL}, as the study has them.",
-        f"{boxes(proved.boxes)} that cover all load cases were bounded, in "
+        f"{boxes(proved.boxes)}, which cover all load cases, were bounded; the last run took "
         f"{duration(proved.seconds)}.",
     ]
     for doubt in proved.left_out:
@@ -97,7 +97,7 @@ def claimed_kind(kind: str, bound: float | None, proved: ProvedBound | None) -> 
     """
     by = "" if bound is None else f": no better plan than {length(bound, 4)}"
     if proved is not None:
-        shown = "" if bound is None else f": no better plan than {length(proved.loss, 4)}"
+        shown = "" if bound is None else f": no better plan than {proved_length(proved.loss)}"
         found = "" if bound is None else f"; {length(bound, 4)} by a search"
         return f"Rigorous certificate, by its record {proved.record}{shown}{found}"
     if kind in ("numerical", "rigorous"):
@@ -115,7 +115,7 @@ def _how_near(proved: ProvedBound, bound: float) -> str:
     if proved.ended == "reached":
         return f"{below}, as near as was asked for."
     if proved.ended == "open":
-        return f"{below}; boxes as small as can be stayed open, so more time does not help."
+        return f"{below}; with what it uses no more can be proved, so more time does not help."
     why = "when its time was over" if proved.ended == "time" else "when it was stopped"
     return f"{below}: it ended {why}, and goes on from its record if it is asked for again."
 
@@ -137,7 +137,7 @@ def so_far(symbol: str, experiments: int, loss: float, bound: float, *, is_lengt
     if not is_length:
         return f"proved: no plan of {every} is better by {symbol} than the bound less {gap}"
     return (
-        f"proved: no plan of {every} has {symbol} below {length(loss, 4)} "
+        f"proved: no plan of {every} has {symbol} below {proved_length(loss)} "
         f"(numerical bound {length(bound, 4)}): {gap}"
     )
 
@@ -150,12 +150,14 @@ def foretold(expected: Sequence[tuple[float, float]]) -> str:
     """
     known = [(gap, seconds) for gap, seconds in expected if math.isfinite(seconds)]
     shown = [pair for pair in known if pair in (known[0], known[-1]) or pair[0] in _TOLD]
-    parts = [f"{duration(seconds)} to {at_most(gap)}" for gap, seconds in shown]
-    if not parts:
+    if not shown:
         return "how long the proof takes cannot be foretold"
+    parts = [f"about {duration(seconds)} to {at_most(gap)}" for gap, seconds in shown]
+    if known[-1][1] < 1.0:
+        parts = [f"less than 1 s to {at_most(known[-1][0])}"]
     rest = [gap for gap, _ in expected[len(known) :]]
     more = f"; how long {at_most(rest[0])} takes cannot be foretold" if rest else ""
-    return f"the proof takes about {', '.join(parts)}{more}"
+    return f"the proof takes {', '.join(parts)}{more}"
 
 
 def nothing_proved(ended: str) -> str:
@@ -163,7 +165,7 @@ def nothing_proved(ended: str) -> str:
     why = {
         "time": "the time was over before all load cases were bounded once; give it more",
         "stopped": "it was stopped before all load cases were bounded once",
-    }.get(ended, "boxes as small as can be stayed open")
+    }.get(ended, "with what it uses nothing can be")
     return f"nothing is proved: {why}"
 
 
@@ -173,6 +175,14 @@ def corrected_sentence(before: str, after: str) -> str:
         f"the proof found a load case that refutes the numerical bound: {before} was wrong, it is "
         f"{after} now, and that is proved in its place"
     )
+
+
+def proved_length(value: float, digits: int = 4) -> str:
+    """A length that is proved [m], never rounded up: no more is said than is proved."""
+    if not 0.0 < value < math.inf:
+        return length(value, digits)
+    step = 10.0 ** (math.floor(math.log10(value)) - digits + 1)
+    return length(math.floor(value / step * (1.0 + 1e-12)) * step, digits)
 
 
 def boxes(count: int) -> str:

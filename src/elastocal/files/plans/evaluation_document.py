@@ -12,6 +12,7 @@ from elastocal.files.plans.blind_section import blind_section
 from elastocal.files.plans.covariance_section import covariance_section
 from elastocal.files.plans.path_entries import path_entries
 from elastocal.files.plans.promise_section import promise_section
+from elastocal.files.plans.proved_section import proved_section
 from elastocal.planning.evaluation import Evaluation
 from elastocal.study.study import Study
 from elastocal.wording import worded
@@ -37,6 +38,8 @@ def evaluation_document(
         "rho0_mm": 1e3 * worth.rho0,
         "lower_bound_mm": None if bound is None else 1e3 * bound,
         "efficiency": proof.efficiency,
+        "certificate": proof.kind,
+        **proved_section(proof),
         "rho0_each_mm": {
             pose.name: 1e3 * rho
             for pose, rho in zip(study.test_poses, worth.rho0_each, strict=True)

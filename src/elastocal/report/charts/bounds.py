@@ -10,6 +10,7 @@ from markupsafe import Markup
 
 from elastocal.drawing.svg import Scale, drawing, line, tag, text, tick_labels
 from elastocal.wording.numbers import length_unit, number
+from elastocal.wording.proofs import proved_length
 
 _LANE = 44.0
 
@@ -48,7 +49,7 @@ def bounds_chart(value: float, bound: float, proved: float, width: float) -> Mar
         parts.append(text(scale(tick), bottom + 16.0, words, "tick", "middle"))
     for i, (name, size, class_) in enumerate(lanes):
         y, x = top + _LANE * (i + 0.62), scale(factor * size)
-        shown = f"{number(factor * size, digits)} {unit}"
+        shown = _words(size, class_, factor, unit, digits)
         if narrow:
             shown = f"{name} {shown}"
         else:
@@ -64,8 +65,17 @@ def bounds_chart(value: float, bound: float, proved: float, width: float) -> Mar
         parts.append(text(middle, y - 14.0, shown, f"value {class_}", "middle"))
     name = f"position error [{unit}]; smaller is better"
     parts.append(text((left + right) / 2.0, bottom + 38.0, name, "axis-title", "middle"))
-    about = ", ".join(f"{name} {number(factor * size, digits)} {unit}" for name, size, _ in lanes)
+    about = ", ".join(
+        f"{name} {_words(size, class_, factor, unit, digits)}" for name, size, class_ in lanes
+    )
     return drawing(width, bottom + 46.0, about, *parts, class_="chart bounds")
+
+
+def _words(size: float, class_: str, factor: float, unit: str, digits: int) -> str:
+    """A length, in the unit of the axis if it is not one that must not be rounded up."""
+    if class_ == "proved":
+        return proved_length(size, digits)
+    return f"{number(factor * size, digits)} {unit}"
 
 
 def _area(x1: float, x2: float, top: float, bottom: float, class_: str) -> Markup:
