@@ -88,7 +88,7 @@ def test_what_is_said_is_what_is_proved() -> None:
         "350\u202f005 boxes, which cover all load cases, were bounded; the last run took 1 s.",
         "The proof does not use: A2 against A5, line of sight of M1; it holds for more",
         "The proof takes the noise of the tracker as 20",
-        "5 % below the bound of the search, of which 1 % are for what it leaves out, as near as",
+        "5 % below the bound of the search, and what it leaves out costs 1 %, as near as",
         "The record is plan.proof; 'elastocal check-proof plan.proof' verifies it",
     ):
         assert words in first

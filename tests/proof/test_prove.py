@@ -15,6 +15,7 @@ from elastocal.planning.certificate import Bound, lower_bound
 from elastocal.proof import prove as module
 from elastocal.proof.boxes import Boxes
 from elastocal.proof.branching import Branching
+from elastocal.proof.posing import posed
 from elastocal.proof.prove import ProofError, largest_for, loss_of, prove
 from elastocal.proof.record import proof_bytes, read_proof
 from elastocal.proof.reference import margins, sensitivity
@@ -121,6 +122,19 @@ def test_without_time_nothing_is_claimed(kr270: tuple[Study, Bound]) -> None:
     assert found.loss == 0.0
     assert found.statement.rho0 is None
     assert found.gap == 1.0
+
+
+def test_what_comes_on_top_is_not_in_the_record(
+    kr270: tuple[Study, Bound], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A checker has the inequality alone."""
+    study, bound = kr270
+    plain = prove(study, bound, threads=1, gap=0.2)
+    monkeypatch.setattr(module, "posed", lambda *given: replace(posed(*given), beyond=9e-12))
+    found = prove(study, bound, threads=1, gap=0.2)
+    assert found.statement.rho0 is not None
+    assert found.statement.rho0 == pytest.approx(np.sqrt(found.loss**2 - 9e-12))
+    assert found.loss > 1.2 * plain.loss
 
 
 def test_the_loss_and_the_largest_d_that_allows_it(kr270: tuple[Study, Bound]) -> None:

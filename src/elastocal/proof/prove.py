@@ -199,7 +199,7 @@ def prove(
         nonlocal kept
         now = time.monotonic()
         if saved is not None and now - kept > _KEEP:
-            saved(_with(statement, third, search, loss), search.root)
+            saved(_with(statement, third, search), search.root)
             kept = now
         if progress is not None:
             left = expected if state.done < 0.05 else (now - start) * (1.0 / state.done - 1.0)
@@ -228,7 +228,7 @@ def prove(
     shown = x[np.argsort(-d)[:_WITNESSES]]
     witnesses = np.hstack([shown, _forces(statement, shown)])
     return Proof(
-        statement=replace(_with(statement, third, search, loss), witnesses=witnesses),
+        statement=replace(_with(statement, third, search), witnesses=witnesses),
         loss=loss,
         numerical=numerical,
         doubts=(*asked.doubts, *smaller.doubts),
@@ -264,12 +264,12 @@ def _begun(
         effort = worth
 
 
-def _with(s: Statement, third: Thirds, search: Branching, loss: float) -> Statement:
-    """The statement with what is proved so far."""
+def _with(s: Statement, third: Thirds, search: Branching) -> Statement:
+    """The statement with what is proved so far, but for what comes on top: it speaks of no more."""
     largest = search.proved
     if not np.isfinite(largest):
         return replace(s, points=third.points)
-    return replace(s, points=third.points, largest=largest, rho0=loss)
+    return replace(s, points=third.points, largest=largest, rho0=loss_of(s, 0.0, largest))
 
 
 def _gone_on_with(statement: Statement, before: Statement, root: Region) -> Region:

@@ -111,7 +111,7 @@ def _how_near(proved: ProvedBound, bound: float) -> str:
     below = f"It is {gap} below the bound of the search"
     short = 1.0 - proved.reachable / bound
     if short > _FAR:
-        below += f", of which {at_most(short)} are for what it leaves out"
+        below += f", and what it leaves out costs {at_most(short)}"
     if proved.ended == "reached":
         return f"{below}, as near as was asked for."
     if proved.ended == "open":
