@@ -64,7 +64,7 @@ class Branching:
         return proved(self.root)
 
     def predicted(self, thresholds: Sequence[float], seconds: float) -> list[float]:
-        """Seconds that it takes to prove each of these, from a part of the boxes; inf: not known.
+        """Seconds that it takes to prove each of these, about, from some of the boxes.
 
         Args:
             thresholds: From the largest down.
@@ -73,24 +73,29 @@ class Branching:
         parts = list(unproved(self.root, thresholds[-1]))
         if not parts:
             return [0.0] * len(thresholds)
+        # Every so manyth in the order of their first bounds, so that hard ones have their share.
         order = np.argsort(self.boxes.bounds(np.array([part.box for part in parts]), 0.0)[0])
         step = max(len(parts) / _SAMPLE, 1.0)
-        sample = [parts[order[int(i)]] for i in np.arange(step / 2.0, len(parts), step)]
-        begun = time.monotonic()
-        found: list[float] = []
+        sample = order[np.arange(step / 2.0, len(parts), step).astype(int)]
+        sample = np.random.default_rng(len(parts)).permutation(sample)
+        found = []
         for threshold in thresholds:
-            start, cut = time.monotonic(), False
-            for part in sample:
-                if found and time.monotonic() - begun > seconds:
-                    cut = True
+            begun = time.monotonic()
+            took: list[float] = []
+            for i in sample.tolist():
+                if took and time.monotonic() - begun > seconds / len(thresholds):
                     break
-                searched = self.boxes.search(part.box, threshold, _FEW)
-                cut |= bool(len(searched.left))
-            took = (time.monotonic() - start) * len(parts) / max(len(sample), 1)
-            found.append(np.inf if cut else took / self._threads)
-            if cut:
-                break
-        return found + [np.inf] * (len(thresholds) - len(found))
+                took.append(self._time_of(parts[i], threshold))
+            found.append(float(np.mean(took)) * len(parts) / self._threads)
+        return np.maximum.accumulate(found).tolist()
+
+    def _time_of(self, part: Region, threshold: float) -> float:
+        """Seconds that a part takes; if they are many, by the share that a few boxes are."""
+        begun = time.monotonic()
+        searched = self.boxes.search(part.box, threshold, _FEW)
+        whole = _volume(part.box)
+        done = whole - sum(map(_volume, searched.left))
+        return (time.monotonic() - begun) * whole / max(done, 1e-6 * whole)
 
     def prove(self, threshold: float, ends: Callable[[], bool], told: Told | None = None) -> bool:
         """Search until d is below the threshold; False if it ended before, or boxes stay open.
