@@ -174,10 +174,11 @@ def prove(
             "Proofs that there are can be checked without it"
         )
     begun = time.monotonic()
-    asked = posed(study, bound)
+    rng = rng or np.random.default_rng(0)
+    asked = posed(study, bound, rng)
     smaller = reduced(asked.statement)
     statement, beyond = smaller.statement, asked.beyond
-    points = _points(study, bound, known, rng or np.random.default_rng(0))
+    points = _points(study, bound, known, rng)
     x = into_root(statement, points[:, : len(statement.joints)])
     d = sensitivity(statement, x)
     numerical = loss_of(statement, beyond, float(d.max()))
