@@ -103,6 +103,7 @@ Code = Literal[
     "other-direction",
     "no-torques",
     "stuck-sensor",
+    "torques-compared",
     "large-deflection",
     "only-noise",
     "against-force",

@@ -83,6 +83,31 @@ def _rotation_unit(doubt: Doubt) -> str:
     )
 
 
+def _torques_compared(doubt: Doubt) -> str:
+    found, unused = doubt.numbers, "they count in no fit"
+    if not doubt.about:
+        return f"joint torques were read, but nothing is known that loads the joints; {unused}"
+    share = found["share"]
+    sign = ", with the other sign" if share < 0.0 else ""
+    said = (
+        f"measured joint torques are {abs(share):.2f} times what weights and forces exert on "
+        f"{listed(doubt.about)}{sign}; {number(found['left'], 2)} of {number(found['load'], 2)} "
+        f"N·m (RMS) is not explained"
+    )
+    if found["mass"]:
+        more = "more" if found["mass"] > 0.0 else "less"
+        return (
+            f"{said}, most of it by {number(abs(found['mass']), 2)} kg {more} on the flange than "
+            f"the study says; {unused}"
+        )
+    if found["left"] > _MUCH_LEFT * found["load"]:
+        said += ": look at masses, payload and units"
+    return f"{said}; {unused}"
+
+
+_MUCH_LEFT = 0.3  # of the loads
+
+
 SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     "degrees-for-radians": lambda doubt: (
         f"joint values reach {doubt.numbers['largest']:.4g} rad, more than a full turn: were "
@@ -103,6 +128,7 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     "no-torques": lambda doubt: (
         f"the study plans torques of {doubt.numbers['planned']:.4g} N·m, the file has none"
     ),
+    "torques-compared": _torques_compared,
     "stuck-sensor": lambda _: (
         "the force has one value in some experiments and to the last digit another in the "
         "rest: is the force sensor stuck?"

@@ -10,6 +10,7 @@ import numpy as np
 from elastocal.arrays import Array, BoolArray
 from elastocal.errors import Doubt
 from elastocal.files.measurements.orientations import CONVENTIONS, from_angles
+from elastocal.measuring.joint_torques import torque_check
 from elastocal.measuring.misplacement import FITS, beside_arm
 from elastocal.measuring.positions import Positions
 from elastocal.measuring.turn_misfit import turn_misfit
@@ -37,7 +38,9 @@ def with_arm(found: Positions, study: AbsoluteStudy, angles: Array, convention: 
     turned = list(_turned(found, study, angles, convention)) if found.rotations.any() else []
     if apart > FITS:  # then joints do not belong, and orientations cannot
         turned = [doubt for doubt in turned if doubt.because]
-    return replace(found, apart=apart, doubts=(*found.doubts, *doubts, *turned))
+    compared = torque_check(found, study.robot, study.gravity, study.payloads)
+    torques = [] if compared is None else [compared.doubt]
+    return replace(found, apart=apart, doubts=(*found.doubts, *doubts, *turned, *torques))
 
 
 def _turned(
