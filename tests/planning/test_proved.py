@@ -25,6 +25,7 @@ from elastocal.wording.proofs import (
     claimed_kind,
     duration,
     foretold,
+    going_on,
     proved_length,
     so_far,
 )
@@ -199,6 +200,9 @@ def test_what_is_told_on_the_way() -> None:
     assert so_far("A", 12, 0.99, 1.0, is_length=False) == (
         "proved: no plan of 12 experiments is better by A than the bound less 1 %"
     )
+    now = going_on(0.01, 12.3, 350_005, "2.710 µm")
+    assert now == "to 1 %, about 12 s more, 350\u202f005 boxes; 2.710 µm is proved"
+    assert going_on(0.2, float("inf"), 1, "") == "to 20 %, 1 box"
     gaps = (0.2, 0.1, 0.05, 0.01, 1e-3, 1e-4)
     times = (1.0, 2.0, 3.0, 4.2, 8.0, 12.0)
     assert foretold(list(zip(gaps, times, strict=True))) == (

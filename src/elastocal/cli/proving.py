@@ -40,11 +40,11 @@ from elastocal.terminal.progress import progress_and_lines
 from elastocal.wording.numbers import length, number
 from elastocal.wording.proofs import (
     at_most,
-    boxes,
     corrected_sentence,
-    duration,
     foretold,
+    going_on,
     nothing_proved,
+    proved_length,
     so_far,
 )
 from elastocal.writing import write_bytes
@@ -255,25 +255,27 @@ class _Steps:
 
     def __init__(self, study: Study, bound: Bound, say: Callable[[str], None]) -> None:
         criterion = CRITERIA[study.criterion]
-        self._say, self._said = say, 0.0
+        self._say, self._said, self._gap = say, 0.0, 1.0
+        self._is_length, self._bound = criterion.is_position_error, bound.loss(bound.aim.count)
         self._so_far = partial(
             so_far,
             "a promise" if bound.aim.promise else criterion.symbol,
             bound.aim.count,
-            bound=bound.loss(bound.aim.count),
-            is_length=criterion.is_position_error,
+            bound=self._bound,
+            is_length=self._is_length,
         )
 
     def told(self, tell: Callable[[str, float], None], now: Progress) -> None:
         """What goes on."""
-        left = f", about {duration(now.left)} more" if np.isfinite(now.left) else ""
-        what = f"{self._so_far(loss=now.loss)}; to {at_most(now.gap)}{left}, {boxes(now.boxes)}"
-        tell(what, now.done)
+        known = ""
+        if now.loss > 0.0:
+            known = proved_length(now.loss) if self._is_length else f"all but {at_most(self._gap)}"
+        tell(going_on(now.gap, now.left, now.boxes, known), now.done)
 
     def reached(self, loss: float) -> None:
         """A line, if more is proved than was said before."""
         if loss > self._said:
-            self._said = loss
+            self._said, self._gap = loss, max(1.0 - loss / self._bound, 0.0)
             self._say(self._so_far(loss=loss))
 
 

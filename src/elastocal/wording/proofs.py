@@ -142,6 +142,20 @@ def so_far(symbol: str, experiments: int, loss: float, bound: float, *, is_lengt
     )
 
 
+def going_on(gap: float, left: float, count: int, proved: str) -> str:
+    """What a proof is at.
+
+    Args:
+        gap: What is being proved.
+        left: Seconds that it takes still, about; infinite: not known.
+        count: Boxes looked at.
+        proved: What is proved already, in short; empty if nothing is.
+    """
+    more = f", about {duration(left)} more" if 1.0 <= left < math.inf else ""
+    known = f"; {proved} is proved" if proved else ""
+    return f"to {at_most(gap)}{more}, {boxes(count)}{known}"
+
+
 def foretold(expected: Sequence[tuple[float, float]]) -> str:
     """How long a proof takes, about.
 
