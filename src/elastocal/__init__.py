@@ -1,8 +1,8 @@
 """elastocal: elastostatic calibration of robot arms, from the plan to the corrected path.
 
-The public names, in the order of the work: get a robot and a study, look at it, plan, judge,
-compare, measure, identify, validate, compensate, simulate, export, show. Modules are loaded when
-a name is first used, so that importing is instant.
+The public names, in the order of the work: get a robot and a study, look at it, plan, prove, judge,
+compare, measure, identify, validate, compensate, simulate, export, show. Modules are loaded when a
+name is first used, so that importing is instant.
 """
 
 from __future__ import annotations
@@ -59,6 +59,8 @@ _PUBLIC = {
     "Effort": "elastocal.design.exact",
     "Certificate": "elastocal.planning.certificate",
     "lower_bound": "elastocal.planning.certificate",
+    "prove": "elastocal.proof.prove",
+    "Proof": "elastocal.proof.prove",
     "Done": "elastocal.study.before",
     "done": "elastocal.planning.remaining",
     "remaining": "elastocal.planning.remaining",

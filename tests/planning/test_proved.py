@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -133,6 +134,8 @@ def test_a_picture_of_the_bounds(width: float, gap: float) -> None:
     assert drawn.count("mark own") == 1
     assert 'class="bound proved"' in drawn
     assert "nan" not in drawn
+    ticks = re.findall(r'class="tick"[^>]*>([^<]*)', drawn)
+    assert len(ticks) == len({*ticks}) > 0
     same = str(bounds_chart(2.8e-6, 2.8e-6, 2.8e-6, width))
     assert "nan" not in same
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 from markupsafe import Markup
 
-from elastocal.drawing.svg import Scale, drawing, line, tag, text, tick_labels
-from elastocal.wording.numbers import length_unit, number
+from elastocal.drawing.svg import Scale, drawing, line, tag, text
+from elastocal.wording.numbers import fixed, length_unit, number
 from elastocal.wording.proofs import proved_length
 
 _LANE = 44.0
@@ -43,10 +43,12 @@ def bounds_chart(value: float, bound: float, proved: float, width: float) -> Mar
         _area(left, x_proved, top, bottom, "barred proved"),
         _area(x_proved, x_bound, top, bottom, "barred"),
     ]
-    ticks = scale.ticks(4 if narrow else 8)
-    for tick, words in zip(ticks, tick_labels(ticks), strict=True):
+    ticks = scale.ticks(4 if narrow else 7)
+    step = min(np.diff(ticks), default=factor * value)
+    decimals = int(max(np.ceil(-np.log10(step) - 1e-9), 0))
+    for tick in ticks:
         parts.append(line(scale(tick), top, scale(tick), bottom, "grid"))
-        parts.append(text(scale(tick), bottom + 16.0, words, "tick", "middle"))
+        parts.append(text(scale(tick), bottom + 16.0, fixed(tick, decimals), "tick", "middle"))
     for i, (name, size, class_) in enumerate(lanes):
         y, x = top + _LANE * (i + 0.62), scale(factor * size)
         shown = _words(size, class_, factor, unit, digits)
