@@ -16,7 +16,7 @@ from elastocal.proof import prove as module
 from elastocal.proof.boxes import Boxes
 from elastocal.proof.branching import Branching
 from elastocal.proof.posing import posed
-from elastocal.proof.prove import ProofError, largest_for, loss_of, prove
+from elastocal.proof.prove import ProofError, _ladder, largest_for, loss_of, prove
 from elastocal.proof.record import proof_bytes, read_proof
 from elastocal.proof.reference import margins, sensitivity
 from elastocal.proof.statement import Statement
@@ -135,6 +135,22 @@ def test_what_comes_on_top_is_not_in_the_record(
     assert found.statement.rho0 is not None
     assert found.statement.rho0 == pytest.approx(np.sqrt(found.loss**2 - 9e-12))
     assert found.loss > 1.2 * plain.loss
+
+
+def test_something_is_proved_before_the_time_is_over() -> None:
+    """The last gap at once where that is short; the first one first where nothing is sure."""
+    thresholds = [6.0, 5.0, 4.0, 3.0, 2.0, 1.0]
+
+    def gaps(*seconds: float, budget: float = np.inf) -> list[float]:
+        expected = list(zip(module.GAPS, seconds, strict=True))
+        return [step[0] for step in _ladder(expected, thresholds, budget)]
+
+    short, long = (0.1, 0.2, 0.3, 0.4, 0.5, 4.0), (2.0, 3.0, 4.0, 7.0, 10.0, 13.0)
+    assert gaps(*short) == gaps(*short, budget=60.0) == [1e-4]
+    assert gaps(*short, budget=10.0) == [0.2, 1e-4]
+    assert gaps(*long) == gaps(*long, budget=60.0) == [0.05, 1e-4]
+    assert gaps(*long, budget=12.0) == [0.2, 0.05, 1e-4]
+    assert gaps(2.0, *[np.inf] * 5) == [0.2, 0.1, 0.05, 0.01, 1e-3, 1e-4]
 
 
 def test_the_loss_and_the_largest_d_that_allows_it(kr270: tuple[Study, Bound]) -> None:

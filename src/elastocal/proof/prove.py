@@ -34,6 +34,7 @@ from elastocal.study.study import Study
 GAPS = (0.2, 0.1, 0.05, 0.01, 1e-3, 1e-4)
 """Gaps between the numerical bound on the loss and the proved one, in turn."""
 _SHORT = 5.0  # seconds within which a gap is proved at once
+_SURELY = 4.0  # times as long as foretold, within which a gap is proved
 _SOONER = 3.0  # times as long as what is proved before it
 _LOOK = 0.05  # share of the time that a prediction may take
 _LONGEST_LOOK = 3.0  # seconds
@@ -42,6 +43,7 @@ _SHARE = 0.1  # of the time that better tables may take
 _MOST_EFFORT = 60.0
 _GOOD = 1.25  # factor of tables that are good enough
 _KEEP = 20.0  # seconds after which what there is is kept
+_KEEP_STEP = 1.0  # ... where a gap is proved
 _PARTS = 1024
 _WITNESSES = 60
 _AGREE = 1e-9
@@ -211,13 +213,16 @@ def prove(
             left = expected if state.done < 0.05 else (now - start) * (1.0 / state.done - 1.0)
             progress(Progress(g, state.done, loss, state.boxes, now - begun, left))
 
-    for g, threshold, time_of in _ladder(expected, thresholds):
+    for g, threshold, time_of in _ladder(expected, thresholds, budget):
         loss = loss_of(statement, beyond, search.proved)
 
         def ends(threshold: float = threshold) -> bool:
             return over() or search.best > threshold
 
         if search.prove(threshold, ends, partial(told, g, time.monotonic(), time_of, loss)):
+            if saved is not None and time.monotonic() - kept > _KEEP_STEP:
+                saved(_with(statement, third, search), search.root)
+                kept = time.monotonic()
             if proved is not None:
                 proved(g, loss_of(statement, beyond, _enlarged(statement, search.proved)))
             continue
@@ -303,17 +308,20 @@ def _gone_on_with(statement: Statement, before: Statement, root: Region) -> Regi
 
 
 def _ladder(
-    expected: Sequence[tuple[float, float]], thresholds: Sequence[float]
+    expected: Sequence[tuple[float, float]], thresholds: Sequence[float], budget: float
 ) -> list[tuple[float, float, float]]:
     """Gap, threshold and time of what is proved in turn.
 
-    The last is always among them, others only where they come much sooner than what follows.
+    The last is always among them, others only where they come much sooner than what follows; the
+    first one also where the time might be over before anything else is proved.
     """
     steps = [(g, t, s) for (g, s), t in zip(expected, thresholds, strict=True)]
     taken = steps[-1:]
     for step in reversed(steps[:-1]):
         if taken[0][2] > max(_SHORT, _SOONER * step[2]) or np.isinf(taken[0][2]):
             taken.insert(0, step)
+    if taken[0] is not steps[0] and _SURELY * taken[0][2] > budget:
+        taken.insert(0, steps[0])
     return taken
 
 
