@@ -86,6 +86,7 @@ Code = Literal[
     "model-scatters",
     "smaller-will-do",
     "payload-exact",
+    "calibration-lacks",
     # of what experiments can tell apart
     "not-seen",
     "confounded",

@@ -6,6 +6,7 @@ import numpy as np
 
 from elastocal.calibration.calibrate import Calibration
 from elastocal.calibration.knocks import knocked, likeliest_knocks
+from elastocal.calibration.lacking import lacking
 from elastocal.calibration.nested import Ladder
 from elastocal.calibration.parameters import COMPLIANCE, PAYLOAD, TOOL
 from elastocal.errors import Doubt
@@ -59,6 +60,7 @@ def doubts(found: Calibration, grown: Ladder | None = None) -> tuple[Doubt, ...]
             values = {p.names[first + i]: float(found.state.geometry[i]) for i in own}
             odd.append(Doubt("large-errors", tuple(values), (), values, unit))
     odd += _scatter(found)
+    odd += _lacking(found)
     if grown is not None and grown.proposed < len(grown.rungs) - 1:
         last, small = grown.rungs[-1], grown.rungs[grown.proposed]
         if np.isfinite(last.left_out):
@@ -88,6 +90,15 @@ def _payload_exact(found: Calibration) -> list[Doubt]:
     if not (hung and told and sags):
         return []
     return [Doubt("payload-exact", tuple(positions.payloads[i] for i in hung), tuple(told))]
+
+
+def _lacking(found: Calibration) -> list[Doubt]:
+    """That one thing more explains what the fit leaves."""
+    lack = lacking(found)
+    if lack is None:
+        return []
+    numbers = {"value": lack.value, "error": lack.error, "chance": lack.chance}
+    return [Doubt("calibration-lacks", (lack.name,), (lack.block, *lack.alike), numbers, lack.unit)]
 
 
 def _scatter(found: Calibration) -> list[Doubt]:

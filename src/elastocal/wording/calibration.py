@@ -99,6 +99,25 @@ def _payload_exact(doubt: Doubt) -> str:
     )
 
 
+def _lacks(doubt: Doubt) -> str:
+    n, (name,), (block, *alike) = doubt.numbers, doubt.about, doubt.because
+    soft = block == "compliance"
+    if soft:
+        factor, unit = readable(doubt.unit, n["value"])
+        size = f"{number(factor * n['value'])} ± {number(factor * n['error'], 2)} {unit}"
+    else:
+        size = f"{small(n['value'], doubt.unit)} ± {small(n['error'], doubt.unit, 2)}"
+    or_ = f" (or {listed(alike)}, which does nearly the same)" if alike else ""
+    wanted = repr(name if soft else block)
+    often = "less than one of a million"
+    if n["chance"] > 1e-6:
+        often = f"one of {number(1.0 / n['chance'], 1)}"
+    return (
+        f"{'a spring in ' if soft else ''}{name}{or_} explains what the fit leaves, {size}, where "
+        f"chance does as much in {often} campaigns: add {wanted} to what is identified"
+    )
+
+
 SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     "tracker-drifted": _drifted,
     "tracker-knocked": _knocked,
@@ -109,6 +128,7 @@ SENTENCES: Mapping[Code, Callable[[Doubt], str]] = {
     "model-scatters": _scatters,
     "smaller-will-do": _smaller_will_do,
     "payload-exact": _payload_exact,
+    "calibration-lacks": _lacks,
 }
 
 
