@@ -91,6 +91,9 @@ def few_points(informations: Array, weights: Array) -> Weights:
     """
     upper = np.triu_indices(informations.shape[1])
     columns = np.column_stack([informations[:, *upper], np.ones(len(weights))])
+    if len(columns) <= columns.shape[1]:
+        support = np.flatnonzero(weights > 0.0)
+        return Weights(support, weights[support] / weights[support].sum())
     columns = columns / np.maximum(np.abs(columns).max(axis=0), np.finfo(float).tiny)
     weights = weights.copy()
     null = np.linalg.svd(columns.T)[2][min(columns.shape) :]

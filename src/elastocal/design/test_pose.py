@@ -57,6 +57,9 @@ def bent_losses(inverse: Array, weight: Array, directions: Array) -> Array:
 
     Source: ours. With L = C Cᵀ and Y_i = Cᵀ M⁻¹ M_i these are tr(Y_i M⁻¹ Y_jᵀ).
     """
-    images = square_root(weight).T @ inverse @ directions
-    count = len(directions)
-    return np.asarray(2.0 * (images @ inverse).reshape(count, -1) @ images.reshape(count, -1).T)
+    count, p = len(directions), len(inverse)
+    # Directions are symmetric; few products of large matrices take less than many of small ones.
+    images = directions.reshape(-1, p) @ (inverse @ square_root(weight))
+    images = images.reshape(count, p, -1).transpose(0, 2, 1).reshape(-1, p)
+    turned = images @ inverse
+    return np.asarray(2.0 * turned.reshape(count, -1) @ images.reshape(count, -1).T)
