@@ -118,7 +118,7 @@ def test_why_there_is_no_certificate_is_said(study: Study) -> None:
     found = ec.plan(study, effort=EFFORT, stop=lambda: True)
     why = "stopped before its bound had been tried from fresh starts"
     assert why in certificate_sentences(found.certificate, 12)[0]
-    assert why in proof(found.certificate)[0]
+    assert why in proof(found.certificate, 12)[0]
     assert why in plan_document(found)["certificate"]["why"]
     assert "not concave" not in str(plan_document(found))
 
