@@ -117,7 +117,7 @@ def test_the_report_says_which_bound_is_which() -> None:
     tiles = {tile.name: tile for tile in verdict(certified(), None).tiles}
     assert tiles["Proved bound"].value == proved_length(proved().loss)
     assert "theorem" in tiles["Proved bound"].meaning
-    assert "not proved" in tiles["Bound of the search"].meaning
+    assert "By a search, not proved:" in tiles["Proved bound"].meaning
     assert "proved is 27 % at most" in tiles["Efficiency"].meaning
     plain = {tile.name: tile for tile in verdict(three_link_plan(), None).tiles}
     assert "not proved" in plain["Lower bound"].meaning

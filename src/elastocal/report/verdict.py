@@ -185,16 +185,14 @@ def _tiles(plan: Plan, random: Array | None) -> list[Tile]:
 
 
 def _bounds(certificate: Certificate, bound: float, count: int) -> list[Tile]:
-    """The bound of the search, and the one that is proved, if one is."""
+    """The bound of the search, or the one that is proved, if one is."""
     every = f"No plan with {counted(count, 'experiment')} can do better"
     if certificate.proved is None:
         meaning = f"{every}, as far as a search finds: a numerical bound, not proved."
         return [Tile("Lower bound", length(bound), meaning)]
     proved = certificate.proved.loss
-    return [
-        Tile("Proved bound", proved_length(proved), f"{every}: a theorem about the model."),
-        Tile("Bound of the search", length(bound, 4), "By a search: not proved."),
-    ]
+    meaning = f"{every}: a theorem about the model. By a search, not proved: {length(bound, 4)}."
+    return [Tile("Proved bound", proved_length(proved), meaning)]
 
 
 def _by(certificate: Certificate, *, in_error: bool) -> str:
