@@ -101,10 +101,11 @@ def folded(statement: Statement) -> Folded:
     links, starts = np.zeros(len(index)), np.zeros(len(index))
     for a, i in enumerate(index.tolist()):
         for j in np.flatnonzero(s.mix[i, :i]).tolist():
-            if a and index[a - 1] == j and j == i - 1:
-                links[a] = -s.mix[i, j]
-            elif moves[j]:
+            follows = a and index[a - 1] == j and j == i - 1
+            if (moves[j] and not follows) or joints.slides[i] != joints.slides[j]:
                 raise InputError("sums of coordinates are for joints that follow each other")
+            if follows:
+                links[a] = -s.mix[i, j]
             else:  # it stands still
                 starts[a] += s.mix[i, j] * s.root[0, j]
     limited = s.limited[index]
