@@ -24,7 +24,7 @@ demo: $(VENV)/.run                 ## plan the KUKA KR 270 campaign and write a 
 test: $(VENV)/.dev                 ## all tests, on the cores there are
 	$(BIN)/python -m pytest $(PARALLEL)
 
-test-full: $(VENV)/.dev            ## all tests with ten seeds where one is the default; then in NumPy
+test-full: $(VENV)/.dev            ## all tests with ten seeds where one is the default, and mutants; then in NumPy
 	ELASTOCAL_FULL=1 $(BIN)/python -m pytest $(PARALLEL)
 	ELASTOCAL_CORE=numpy $(BIN)/python -m pytest $(PARALLEL)
 
@@ -68,7 +68,7 @@ sanitize: $(VENV)/.dev             ## tests of the core, where C code that reads
 	    PYTHONPATH=$(SANITIZED) $(BIN)/python"; \
 	levels=$$($$watched -c "from elastocal.core.library import levels; print(*levels())"); \
 	for level in $${levels:?no library}; do \
-	    ELASTOCAL_CORE=$$level $$watched -m pytest tests/core || exit 1; \
+	    ELASTOCAL_CORE=$$level $$watched -m pytest tests/core tests/proof/test_box_bounds.py || exit 1; \
 	done
 
 build: $(VENV)/.dev                ## wheel
