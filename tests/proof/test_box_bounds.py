@@ -21,6 +21,7 @@ from elastocal.arrays import Array
 from elastocal.core.layout import LEAF, OPEN, PENDING
 from elastocal.core.library import levels
 from elastocal.errors import InputError
+from elastocal.proof import branching
 from elastocal.proof.boxes import SMALLEST
 from elastocal.proof.branching import Branching
 from elastocal.proof.reference import margins, quadratic_form, rows, sensitivity, within
@@ -898,11 +899,12 @@ def test_threads_find_the_same() -> None:
     assert len(set(found)) == 1
 
 
-def test_parts_that_are_not_proved() -> None:
+def test_parts_that_are_not_proved(monkeypatch: pytest.MonkeyPatch) -> None:
     """What is claimed of a tree is the worst of its parts, and nothing if one is not known."""
     s, third, largest = searched()
     boxes = EveryLevel(s, third)
     root = divided(boxes, 1.2 * largest, 30)
+    monkeypatch.setattr(branching, "_SLICE", 1)  # so that parts have parts
     search = Branching(boxes, root, 1)
     assert search.proved == np.inf
     assert (
