@@ -21,9 +21,10 @@ from elastocal.arrays import Array
 from elastocal.core.layout import LEAF, OPEN, PENDING
 from elastocal.core.library import levels
 from elastocal.errors import InputError
-from elastocal.proof import branching
+from elastocal.proof import branching, prove
 from elastocal.proof.boxes import SMALLEST
 from elastocal.proof.branching import Branching
+from elastocal.proof.prove import ProofError
 from elastocal.proof.reference import margins, quadratic_form, rows, sensitivity, within
 from elastocal.proof.series import FiniteSeries, constraint_series, rows_series
 from elastocal.proof.statement import (
@@ -946,3 +947,26 @@ def test_held_variables_take_their_tables_along() -> None:
     expected = np.sqrt(B @ B + quadratic + 2.0 * b1 * b2 + b2**2) + rest_of(third.rows, r)
     bound = boxes.bounds(box_about(boxes, s, x, r)[None], 0.0)[0]
     assert bound == pytest.approx(expected**2, rel=1e-9)
+
+
+def test_a_witness_against_a_proof_ends_it() -> None:
+    """All boxes found to be empty; a bound below what is known; nothing that is known."""
+    s, third, largest = searched()
+    claim = 1.1 * largest
+    x = feasible_points(s, 300)
+    x = x[(within(s, x) >= 0.0).all(axis=1)]
+    d, none = sensitivity(s, x), np.zeros(0)
+    boxes = EveryLevel(s, third)
+    root = divided(boxes, claim, 16)
+    assert Branching(boxes, root, 1).prove(claim, lambda: False)
+    prove._try(s, boxes, root, x, d, claim)
+    with pytest.raises(ProofError, match="at most"):
+        prove._try(s, boxes, root, x, d, 0.99 * d.max())
+    with pytest.raises(ProofError, match="no load case"):
+        prove._try(s, boxes, root, x[:0], none, claim)
+    never = replace(s, constraints=(shifted(s.constraints[0], 99.0),))
+    wrong = EveryLevel(never, third)
+    empty = divided(wrong, claim, 16)
+    assert Branching(wrong, empty, 1).proved == 0.0
+    with pytest.raises(ProofError, match="empty"):
+        prove._try(s, wrong, empty, x, d, claim)
