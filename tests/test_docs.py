@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from shutil import copyfile
 from typing import NamedTuple
@@ -21,11 +22,15 @@ import elastocal as ec
 from elastocal.cli import app
 from elastocal.files.measurements.mapping import MappingFile
 from elastocal.files.plans.plan_file import plan_document
+from elastocal.files.plans.proved_section import proved_section
 from elastocal.files.problems import sections_of
 from elastocal.files.sections import Section, fields_of
 from elastocal.files.study.study_file import StudyFile, parse_study
+from elastocal.planning.proved import Proved
+from elastocal.proof.plain_data import as_data
 from elastocal.robot.sources import BUILTIN
 from elastocal.study.criteria import CRITERIA
+from tests.proof.statements import chance
 from tests.test_examples import ROOT, quietly
 
 DOCS = ROOT / "docs"
@@ -199,7 +204,7 @@ def test_files_named_by_their_room_exist(path: Path) -> None:
 def test_commands_exist_with_their_options(path: Path) -> None:
     for code in quoted(path):
         line = code.split("#")[0]
-        for command in re.findall(r"^elastocal ([a-z]+)", line):
+        for command in re.findall(r"^elastocal ([a-z][a-z-]*)", line):
             assert command in COMMANDS, line
             known = {option for p in COMMANDS[command].params for option in p.opts}
             assert set(re.findall(r"--[a-z-]+", line)) <= known | {"--help"}, line
@@ -215,7 +220,9 @@ def test_every_equation_has_a_number_of_its_own() -> None:
 
 
 def test_every_command_is_in_the_readme() -> None:
-    named = {c for code in quoted(ROOT / "README.md") for c in re.findall(r"elastocal (\w+)", code)}
+    named = {
+        c for code in quoted(ROOT / "README.md") for c in re.findall(r"elastocal ([\w-]+)", code)
+    }
     assert set(COMMANDS) - {"demo"} <= named  # `make demo` is
 
 
@@ -237,6 +244,14 @@ def test_every_key_of_a_plan_is_documented() -> None:
     keys |= {*document["certificate"]["peak"], *document["certificate"]["continuous_design"][0]}
     keys |= {*document["schedule"]}
     keys |= {*document["study"], *document["load_cases"][0]["nearest_constraint"]}
+    assert keys <= words(DOCS / "file-formats.md")
+
+
+def test_every_key_of_a_proof_is_documented() -> None:
+    certificate = ec.Certificate("test-pose", "rigorous", 1.0)
+    proved = Proved(0.9, 1.0, 2.0, 3, 4.0, "reached", (), "plan.proof", "0", 0.8)
+    keys = {*proved_section(replace(certificate, proved=proved))["proved"]}
+    keys |= {*as_data(chance(np.random.default_rng(0)))} | {"study_sha256", "version"}
     assert keys <= words(DOCS / "file-formats.md")
 
 

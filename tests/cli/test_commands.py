@@ -31,6 +31,7 @@ COMMANDS = (
     "check",
     "plan",
     "evaluate",
+    "check-proof",
     "export",
     "report",
     "demo",

@@ -1,7 +1,7 @@
 """One command per verb: read files, call one function, write a file.
 
-Exit codes: 0 done, 1 a fault of ours, 2 bad input, 3 infeasible, 4 not identifiable, 130 stopped
-by the user; `ending.py` has them.
+Exit codes: 0 done, 1 a fault of ours or a proof that is not verified, 2 bad input, 3 infeasible,
+4 not identifiable, 130 stopped by the user; `ending.py` has them.
 Everything heavy is imported inside the commands, so that --help answers at once. Commands do not
 import each other: what several need is in `inputs`, `planning`, `refit`, `stages` and `programs`.
 """
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 FAMILIES = {
     "study": ("init", "check"),
     "plan": ("plan", "evaluate"),
+    "check_proof": ("check-proof",),
     "export": ("export",),
     "simulate": ("simulate",),
     "identify": ("identify", "validate"),
