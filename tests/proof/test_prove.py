@@ -22,9 +22,10 @@ from elastocal.proof.reference import margins, sensitivity
 from elastocal.proof.statement import Statement
 from elastocal.proof.tree import Region, divided, is_complete, proved, symbols_of
 from elastocal.proof.trigonometric import third_derivatives
-from elastocal.study.study import Study
+from elastocal.study.study import Study, TestPose
 from tests.kr270 import kr270_study
 from tests.paper.problems import three_link_study
+from tests.paper.published import A0, A0_PLUS
 from tests.paper.test_three_link import CONTINUOUS
 from tests.proof.bounds import bound_by_chance
 
@@ -63,6 +64,15 @@ def test_kr270_to_a_ten_thousandth(kr270: tuple[Study, Bound]) -> None:
     assert [one.variable for one in found.statement.held] == [0]
     assert found.boxes < 800_000
     assert told == [1e-4]
+
+
+@pytest.mark.parametrize(("asked", "least"), [(A0, 9.6441), (A0_PLUS, 7.4405)])
+def test_the_bounds_of_the_paper_are_theorems(asked: np.ndarray, least: float) -> None:
+    """ρ0 √m in 1e-3 mm, of every plan: 9.64460 and 7.44092 by searches; see docs/validation.md."""
+    study = replace(kr270_study(), test_poses=(TestPose("printed", asked),))
+    found = prove(study, lower_bound(study, np.random.default_rng(0)), threads=1, gap=4e-5)
+    assert 1e6 * found.loss * np.sqrt(study.experiments.count) >= least
+    assert not found.doubts
 
 
 def test_a_bound_that_is_false_is_never_proved(kr270: tuple[Study, Bound]) -> None:
