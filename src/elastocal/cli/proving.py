@@ -22,6 +22,7 @@ from elastocal.cli.stopping import SearchEnd, ended_by
 from elastocal.core.library import library
 from elastocal.errors import InputError
 from elastocal.files.plans.proof_record import LARGEST, SUFFIX, proof_beside, statement_of
+from elastocal.files.texts import text_hash
 from elastocal.planning.aim import aim_of
 from elastocal.planning.certificate import (
     Bound,
@@ -100,7 +101,7 @@ def refuse_unprovable(study: Study, how: Proving) -> None:
         return
     found = statement_of(bytes_of(how.record, LARGEST), how.record)
     hint = "choose another file with --proof, or begin anew with --force"
-    if found.study_sha256 != hashlib.sha256(study.text.encode()).hexdigest():
+    if found.study_sha256 != text_hash(study.text):
         raise InputError(f"{how.record}: is the proof of another study, {found.name!r}; {hint}")
     if (found.count, found.criterion) != (aim_of(study).count, study.criterion):
         raise InputError(

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from elastocal.errors import Doubt, InputError
 from elastocal.files.plans.proposal_file import Proposal, study_for
+from elastocal.files.texts import text_hash
 from elastocal.planning.aim import aim_of
 from elastocal.planning.proved import Proved
 from elastocal.proof.plain_data import from_data
@@ -87,7 +88,7 @@ def proof_beside(
 def _unlike(statement: Statement, claimed: Proved, study: Study) -> str:
     """In what a record differs from what is claimed; empty if it does not."""
     aim = aim_of(study)
-    if statement.study_sha256 != hashlib.sha256(study.text.encode()).hexdigest():
+    if statement.study_sha256 != text_hash(study.text):
         return "it is of another study"
     if statement.criterion != study.criterion:
         return f"it is of the criterion {statement.criterion}"
