@@ -115,8 +115,7 @@ def loss_of(s: Statement, beyond: float, largest: float) -> float:
 
     Source: Cauchy's inequality; see `statement.py`.
     """
-    asked = float(np.einsum("pr,pr->", s.V, s.K))
-    known = float(np.einsum("pr,pq,qr->", s.V, s.B, s.V))
+    asked, known = _traces(s)
     with np.errstate(divide="ignore"):
         square = np.float64(max(asked, 0.0) ** 2) / (known + s.count * largest)
     return float(np.sqrt(square + beyond))
@@ -124,11 +123,15 @@ def loss_of(s: Statement, beyond: float, largest: float) -> float:
 
 def largest_for(s: Statement, beyond: float, loss: float) -> float:
     """How large d may be so that no plan has a smaller loss; infinite if that is sure anyway."""
-    asked = float(np.einsum("pr,pr->", s.V, s.K))
-    known = float(np.einsum("pr,pq,qr->", s.V, s.B, s.V))
+    asked, known = _traces(s)
     if loss**2 <= beyond:
         return np.inf
     return (asked**2 / (loss**2 - beyond) - known) / s.count
+
+
+def _traces(s: Statement) -> tuple[float, float]:
+    """tr(VᵀK) and tr(VᵀBV)."""
+    return float(np.einsum("pr,pr->", s.V, s.K)), float(np.einsum("pr,pq,qr->", s.V, s.B, s.V))
 
 
 def prove(
@@ -207,29 +210,29 @@ def prove(
         nonlocal kept
         now = time.monotonic()
         if saved is not None and now - kept > _KEEP:
-            saved(_with(statement, third, search), search.root)
+            saved(_with(statement, third, search.proved, equal), search.root)
             kept = now
         if progress is not None:
             left = expected if state.done < 0.05 else (now - start) * (1.0 / state.done - 1.0)
             progress(Progress(g, state.done, loss, state.boxes, now - begun, left))
 
     for g, threshold, time_of in _ladder(expected, thresholds, budget):
-        loss = loss_of(statement, beyond, search.proved)
+        loss = loss_of(statement, beyond, _enlarged(search.proved, equal))
 
         def ends(threshold: float = threshold) -> bool:
             return over() or search.best > threshold
 
         if search.prove(threshold, ends, partial(told, g, time.monotonic(), time_of, loss)):
             if saved is not None and time.monotonic() - kept > _KEEP_STEP:
-                saved(_with(statement, third, search), search.root)
+                saved(_with(statement, third, search.proved, equal), search.root)
                 kept = time.monotonic()
             if proved is not None:
-                proved(g, loss_of(statement, beyond, _enlarged(statement, search.proved)))
+                proved(g, loss_of(statement, beyond, _enlarged(search.proved, equal)))
             continue
         late = time.monotonic() - begun > budget
         ended = "time" if late else "stopped" if over() else "open"
         break
-    largest = _enlarged(statement, search.proved)
+    largest = _enlarged(search.proved, equal)
     _try(statement, search.boxes, search.root, x, d, largest)
     loss = loss_of(statement, beyond, largest)
     found = statement.root[:1].copy()
@@ -239,7 +242,7 @@ def prove(
     shown = x[np.argsort(-d)[:_WITNESSES]]
     witnesses = np.hstack([shown, best_force(statement, shown)])
     return Proof(
-        statement=replace(_with(statement, third, search), witnesses=witnesses),
+        statement=replace(_with(statement, third, search.proved, equal), witnesses=witnesses),
         loss=loss,
         numerical=numerical,
         doubts=(*asked.doubts, *smaller.doubts),
@@ -276,20 +279,20 @@ def _begun(
         effort *= worth / took
 
 
-def _with(s: Statement, third: Thirds, search: Branching) -> Statement:
+def _with(s: Statement, third: Thirds, proved: float, equal: float) -> Statement:
     """The statement with what is proved so far, but for what comes on top: it speaks of no more."""
-    largest = _enlarged(s, search.proved)
+    largest = _enlarged(proved, equal)
     if not np.isfinite(largest):
         return replace(s, points=third.points)
     return replace(s, points=third.points, largest=largest, rho0=loss_of(s, 0.0, largest))
 
 
-def _enlarged(s: Statement, largest: float) -> float:
+def _enlarged(largest: float, equal: float) -> float:
     """The largest d with what is taken as equal where variables are held and ranges halved.
 
-    Source: ours; that agrees to 1e-11 of what B is made of.
+    Source: ours; B agrees there to 1e-11 of what it is made of, half of `equal`.
     """
-    return float((np.sqrt(largest) + _EQUAL * size_of_rows(s)) ** 2)
+    return float((np.sqrt(largest) + equal) ** 2)
 
 
 def _gone_on_with(statement: Statement, before: Statement, root: Region) -> Region:
