@@ -45,7 +45,7 @@ class BoxSearch:
         open: Boxes that are too small to be halved and not bounded.
         largest: Bound of d over all boxes that it came to.
         best: Largest d at a feasible centre; -1 if none was met.
-        at: (a,) where that was, in [0, 1].
+        at: (a,) where that was [rad or m].
     """
 
     symbols: bytes

@@ -11,8 +11,8 @@ import numpy as np
 
 from elastocal.arrays import Array, BoolArray, IntArray
 from elastocal.errors import InputError
-from elastocal.proof.reference import turned_about
 from elastocal.proof.statement import Statement
+from elastocal.robot.rotations import from_rotation_vectors
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ def folded(statement: Statement) -> Folded:
         value = float(s.mix[i] @ s.root[0])
         step, own = value * joints.axis[i], np.eye(3)
         if not joints.slides[i]:
-            own = turned_about(joints.axis[i], np.array([value]))[0]
+            own = from_rotation_vectors(value * joints.axis[i][None])[0]
             step = joints.point[i] - own @ joints.point[i]
         turn, shift = turn @ own, turn @ step + shift
     index = np.flatnonzero(kept)

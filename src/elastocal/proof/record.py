@@ -22,7 +22,7 @@ from elastocal.errors import InputError
 from elastocal.proof.folded import folded
 from elastocal.proof.plain_data import as_data, from_data
 from elastocal.proof.statement import Statement
-from elastocal.proof.tree import BoxTree, Region, proved, symbols_of
+from elastocal.proof.tree import BoxTree, Region, halves, joined, proved, symbols_of
 
 _PACKED = 4_000_000  # bytes of a tree from which on packing well takes too long
 
@@ -33,8 +33,9 @@ def proof_bytes(statement: Statement, root: Region) -> bytes:
     table = bytearray(range(256))  # boxes have the variables that move, the record has them all
     for k, variable in enumerate(folded(statement).variables.tolist()):
         table[k] = variable
-    symbols = symbols_of(root).translate(table)
-    parts = [(len(symbols_of(part)), proved(part)) for part in root.settled.parts]
+    inner = [symbols_of(part) for part in root.settled.parts]
+    symbols = joined(root.settled.symbols, inner).translate(table)
+    parts = [(len(own), proved(part)) for own, part in zip(inner, root.settled.parts, strict=True)]
     packing = zipfile.ZIP_LZMA if len(symbols) < _PACKED else zipfile.ZIP_DEFLATED
     file = io.BytesIO()
     with zipfile.ZipFile(file, "w", packing) as archive:
@@ -93,9 +94,5 @@ def _boxes(top: bytes, variables: int) -> list[Array]:
             found.append(box)
         if symbol >= PENDING:
             continue
-        box[variables + symbol] *= 0.5
-        lower, upper = box.copy(), box.copy()
-        lower[symbol] -= box[variables + symbol]
-        upper[symbol] += box[variables + symbol]
-        way += [upper, lower]
+        way += reversed(halves(box, symbol))
     return found

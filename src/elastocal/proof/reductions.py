@@ -12,13 +12,12 @@ import numpy as np
 
 from elastocal.errors import Doubt
 from elastocal.proof.dropped import base_joint, dependent
-from elastocal.proof.roots import Interval, circles, sums, with_root
+from elastocal.proof.roots import TURN, Interval, circles, sums, with_root
 from elastocal.proof.series import FiniteSeries, constraint_series, rows_series
 from elastocal.proof.statement import HalvedVariable, HeldVariable, Statement
 from elastocal.proof.symmetries import Symmetry, symmetries
 
 _FEW = 5  # active variables that are few: more take minutes
-_TURN = 2.0 * np.pi
 
 
 @dataclass(frozen=True)
@@ -110,5 +109,5 @@ def _keeps(one: Symmetry, i: int, half: Interval) -> bool:
     """Whether a symmetry takes a half to itself, so that it can still be used."""
     if one.signs[i] > 0.0:
         return not one.shifts[i]
-    off = (sum(half) - one.shifts[i]) / _TURN
+    off = (sum(half) - one.shifts[i]) / TURN
     return bool(abs(off - np.round(off)) < 1e-12)

@@ -10,6 +10,7 @@ import numpy as np
 
 from elastocal.arrays import Array
 from elastocal.proof.cones import largest_in_cone
+from elastocal.proof.roots import whole_turns
 from elastocal.proof.statement import (
     AnyDirection,
     DirectionOverPlane,
@@ -18,6 +19,7 @@ from elastocal.proof.statement import (
     Statement,
     SteadyLoad,
 )
+from elastocal.robot.rotations import from_rotation_vectors
 
 _CHUNK = 8192  # points whose rows are made at once
 
@@ -39,7 +41,7 @@ class ArmAt:
             axis, R, t = joints.axis[i], self.turns[-1], self.shifts[-1]
             turn, step = np.eye(3), q[:, i, None] * axis
             if not joints.slides[i]:
-                turn = turned_about(axis, q[:, i])
+                turn = from_rotation_vectors(q[:, i, None] * axis)
                 step = joints.point[i] - turn @ joints.point[i]
             self.turns.append(R @ turn)
             self.shifts.append(t + (R @ step[:, :, None])[:, :, 0])
@@ -51,14 +53,6 @@ class ArmAt:
     def direction(self, along: Array, body: int = -1) -> Array:
         """(N, 3) where a direction of a body points, (3,) in the zero configuration."""
         return np.asarray(self.turns[body] @ along)
-
-
-def turned_about(axis: Array, angle: Array) -> Array:
-    """(N, 3, 3) rotations about a unit vector (3,) by angles (N,) [rad]. Source: Rodrigues."""
-    a, b, c = axis
-    cross = np.array([[0.0, -c, b], [c, 0.0, -a], [-b, a, 0.0]])
-    sine, cosine = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
-    return np.asarray(np.eye(3) + sine * cross + (1.0 - cosine) * (cross @ cross))
 
 
 def rows(statement: Statement, x: Array) -> Array:
@@ -189,6 +183,5 @@ def within(statement: Statement, x: Array) -> Array:
     """
     joints = statement.joints
     q = x @ statement.mix.T
-    free = ~joints.slides & (joints.upper - joints.lower >= 2.0 * np.pi - 1e-9)
     room = np.concatenate([q - joints.lower, joints.upper - q], axis=1)
-    return np.where(np.tile(free, 2), np.inf, room)
+    return np.where(np.tile(whole_turns(joints), 2), np.inf, room)

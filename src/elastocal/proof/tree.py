@@ -6,7 +6,7 @@ for what is done, PENDING for a further part. So a tree and those of its parts a
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -88,14 +88,28 @@ def symbols_of(part: Region) -> bytes:
         return bytes([PENDING])
     if not part.settled.parts:
         return part.settled.symbols
-    pieces = part.settled.symbols.split(bytes([PENDING]))
-    inner = [symbols_of(p) for p in part.settled.parts]
-    return b"".join(piece for pair in zip(pieces, [*inner, b""], strict=True) for piece in pair)
+    return joined(part.settled.symbols, [symbols_of(p) for p in part.settled.parts])
+
+
+def joined(symbols: bytes, parts: Sequence[bytes]) -> bytes:
+    """A tree with those of its parts in it, in the order of their symbols."""
+    pieces = symbols.split(bytes([PENDING]))
+    return b"".join(piece for pair in zip(pieces, [*parts, b""], strict=True) for piece in pair)
 
 
 def is_complete(symbols: bytes) -> bool:
     """Whether no box of a tree was left."""
     return bytes([PENDING]) not in symbols and bytes([OPEN]) not in symbols
+
+
+def halves(box: Array, k: int) -> tuple[Array, Array]:
+    """The lower and the upper half, (2a,) each, of a box halved in variable k."""
+    lower = box.copy()
+    lower[len(box) // 2 + k] *= 0.5
+    upper = lower.copy()
+    lower[k] -= lower[len(box) // 2 + k]
+    upper[k] += upper[len(box) // 2 + k]
+    return lower, upper
 
 
 def divided(boxes: Boxes, aim: float, parts: int) -> Region:
@@ -106,7 +120,6 @@ def divided(boxes: Boxes, aim: float, parts: int) -> Region:
         aim: Boxes with a bound below it are not halved.
         parts: How many parts there are to be.
     """
-    a = len(boxes.variables)
     everything = boxes.root[None]
     symbol, child, where = [PENDING], [-1], [everything[0]]
     level = [0]
@@ -120,10 +133,7 @@ def divided(boxes: Boxes, aim: float, parts: int) -> Region:
             if k in (LEAF, PENDING):
                 continue
             symbol[node], child[node] = k, len(symbol)
-            for side in (-1.0, 1.0):
-                box = where[node].copy()
-                box[a + k] *= 0.5
-                box[k] += side * box[a + k]
+            for box in halves(where[node], k):
                 following.append(len(symbol))
                 symbol.append(PENDING)
                 child.append(-1)
