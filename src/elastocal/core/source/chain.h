@@ -10,10 +10,6 @@
 #include "lanes.h"
 #include "space.h"
 
-typedef struct {
-    vector x, y, z, o;
-} frame;
-
 /* A force on a body and its moment about the origin of the base. */
 typedef struct {
     vector force, moment;
@@ -135,14 +131,6 @@ static Place place_in(const Space *s, lanes *memory) {
     p.hints = (int64_t *)memory;
     memset(p.hints, 0, (size_t)hints_of(s) * sizeof(lanes));
     return p;
-}
-
-INLINE vector turned(const frame *f, const double *local) {
-    return plus(plus(times(every(local[0]), f->x), times(every(local[1]), f->y)),
-                times(every(local[2]), f->z));
-}
-INLINE vector carried_to(const frame *f, const double *local) {
-    return plus(turned(f, local), f->o);
 }
 
 /* The frame fixed to another one by a transform (4, 4). */

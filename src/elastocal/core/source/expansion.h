@@ -61,18 +61,9 @@ typedef struct {
 /* Number of a pair i <= j. */
 INLINE int64_t pair_of(int64_t i, int64_t j) { return j * (j + 1) / 2 + i; }
 
-INLINE vector turned(vector a, lanes s, lanes c, vector v) {
+INLINE vector about(vector a, lanes s, lanes c, vector v) {
     return plus(plus(times(c, v), times(s, cross(a, v))), times((1.0 - c) * dot(a, v), a));
 }
-
-typedef struct {
-    vector x, y, z, t;
-} frame;
-
-INLINE vector rotated_by(const frame *f, const double *v) {
-    return plus(plus(times(every(v[0]), f->x), times(every(v[1]), f->y)), times(every(v[2]), f->z));
-}
-INLINE vector placed_by(const frame *f, const double *p) { return plus(rotated_by(f, p), f->t); }
 
 INLINE vector none(void) { return (vector){every(0.0), every(0.0), every(0.0)}; }
 
@@ -101,31 +92,31 @@ static void place_arm(const Statement *s, const lanes *x, Arm *arm, vector *axes
     int64_t spring = 0;
     for (int64_t i = 0; i <= s->joints; i++) {
         for (; spring < s->springs && s->bodies[spring] == i; spring++) {
-            axes[spring] = rotated_by(&f, s->spring_axes + 3 * spring);
-            origins[spring] = placed_by(&f, s->spring_points + 3 * spring);
+            axes[spring] = turned(&f, s->spring_axes + 3 * spring);
+            origins[spring] = carried_to(&f, s->spring_points + 3 * spring);
         }
         if (i == s->joints) break;
         lanes q = x[i] + s->starts[i];
         if (s->links[i] != 0.0) q -= s->links[i] * x[i - 1];
         arm->q[i] = q;
-        vector a = rotated_by(&f, s->axes + 3 * i), o = placed_by(&f, s->points + 3 * i);
+        vector a = turned(&f, s->axes + 3 * i), o = carried_to(&f, s->points + 3 * i);
         arm->axis[i] = a, arm->origin[i] = o;
         if (s->slides[i]) {
-            f.t = plus(f.t, times(q, a));
+            f.o = plus(f.o, times(q, a));
         } else {
             lanes sine = every(0.0), cosine = sine;
             sine_cosine(q, &sine, &cosine);
-            f.x = turned(a, sine, cosine, f.x);
-            f.y = turned(a, sine, cosine, f.y);
-            f.z = turned(a, sine, cosine, f.z);
-            f.t = minus(o, rotated_by(&f, s->points + 3 * i));
+            f.x = about(a, sine, cosine, f.x);
+            f.y = about(a, sine, cosine, f.y);
+            f.z = about(a, sine, cosine, f.z);
+            f.o = minus(o, turned(&f, s->points + 3 * i));
         }
     }
     arm->last = f;
 }
 
 static void point_moved(const Statement *s, const Arm *arm, const double *point, moved *m) {
-    m->at = placed_by(&arm->last, point);
+    m->at = carried_to(&arm->last, point);
     for (int64_t j = 0; j < s->joints; j++) {
         m->first[j] = s->slides[j] ? arm->axis[j]
                                    : cross(arm->axis[j], minus(m->at, arm->origin[j]));
@@ -135,7 +126,7 @@ static void point_moved(const Statement *s, const Arm *arm, const double *point,
 }
 
 static void direction_moved(const Statement *s, const Arm *arm, const double *axis, moved *m) {
-    m->at = rotated_by(&arm->last, axis);
+    m->at = turned(&arm->last, axis);
     for (int64_t j = 0; j < s->joints; j++) {
         m->first[j] = s->slides[j] ? none() : cross(arm->axis[j], m->at);
         for (int64_t i = 0; i <= j; i++)

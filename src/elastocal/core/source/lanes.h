@@ -154,6 +154,19 @@ INLINE vector pick_vector(mask which, vector a, vector b) {
     return (vector){pick(which, a.x, b.x), pick(which, a.y, b.y), pick(which, a.z, b.z)};
 }
 
+/* A frame, and what is fixed to it. */
+typedef struct {
+    vector x, y, z, o;
+} frame;
+
+INLINE vector turned(const frame *f, const double *local) {
+    return plus(plus(times(every(local[0]), f->x), times(every(local[1]), f->y)),
+                times(every(local[2]), f->z));
+}
+INLINE vector carried_to(const frame *f, const double *local) {
+    return plus(turned(f, local), f->o);
+}
+
 /* LANES rows of a table, `width` numbers each, side by side and back. Lanes beyond the last row
  * repeat it; they are not written. */
 INLINE int64_t row_of(int64_t first, int64_t count, int lane) {
